@@ -53,6 +53,7 @@ def _method(row: Quantity) -> str:
         *named,
         "out: Floats | None = None",
         "threads: int | None = None",
+        "degrees: bool = False",
     ]
     arguments = "".join(f"        {line},\n" for line in lines)
     doc = indent(f'"""{row.doc()}\n"""', "        ", lambda line: bool(line.strip()))

@@ -75,6 +75,9 @@ ATTRIBUTES: dict[str, str] = {
     "meet_wall": "mf.one_joint.simulate_wall_contact",
     "rest_under_gravity": "mf.one_joint.steady_state_error",
     "locked_subsets": "mf.mobility.mobility_with_locked_joints",
+    "redundancy": "mf.mobility.redundant_constraints(linkage), mf.ik.redundancy(robot)",
+    "configuration_space": "mf.planning.configuration_space_obstacles(arm), mf.mobility.configuration_space(linkage)",
+    "trace": "mf.mobility.trace_motion(linkage)",
 }
 """By the name in small letters."""
 

@@ -131,6 +131,40 @@ def test_a_face_fits_a_screen_and_holds_no_statuses(name: str) -> None:
     assert not [each for each in classes if issubclass(each, Status) and each.__name__.endswith("Status")]
 
 
+SHARED = {
+    **dict.fromkeys(("load", "read", "parse", "write", "diagnose", "file_reader"), "of each format, by its module"),
+    **dict.fromkeys(("repair", "export"), "of whatever stands in the module, written or mended"),
+    **dict.fromkeys(("jacobian", "simulate", "language"), "a short form of the same"),
+    **dict.fromkeys(("solve", "jacobian"), "of expressions: the words of mathematics"),
+    **dict.fromkeys(("three_rps", "three_upu"), "the same platform, as legs and as a linkage"),
+}
+"""Public names of several things, on purpose, and what they have in common."""
+
+
+def test_a_public_name_means_one_thing() -> None:
+    """One noun, one meaning in all faces; a name with several is stated, with its reason, and so is none too many."""
+    meanings: dict[str, set[int]] = {}
+    for face in FACES:
+        package = import_module(face)
+        for name, home in public_names(package).items():
+            if home != face:
+                meanings.setdefault(name, set()).add(id(getattr(package, name)))
+    assert {name for name, values in meanings.items() if len(values) > 1} == set(SHARED)
+
+
+@pytest.mark.parametrize(
+    ("package", "old", "new"),
+    [
+        ("mobility", "redundancy", "redundant_constraints"),
+        ("mobility", "trace", "trace_motion"),
+        ("planning", "configuration_space", "configuration_space_obstacles"),
+    ],
+)
+def test_a_name_that_meant_two_things_leads_to_its_heir(package: str, old: str, new: str) -> None:
+    with pytest.raises(AttributeError, match=f"mf.{package}.{new}"):
+        getattr(import_module(f"mafsil.{package}"), old)
+
+
 def test_a_name_of_a_topic_is_found_from_its_package() -> None:
     """`mf.control.Feedforward` stands in `mf.control.laws`, and the error says so."""
     asked = 0

@@ -44,7 +44,7 @@ def test_displaced_and_scaled_mechanisms_have_the_same_mobility(seed):
         moved.append(mo.joint(each.name, each.kind, bodies, place, axis, second=second, pitch=pitch))
     other = mo.Linkage.of(moved, ground="b0")
     assert mo.instantaneous(other).mobility == mo.instantaneous(linkage).mobility
-    assert mo.redundancy(other).count == mo.redundancy(linkage).count
+    assert mo.redundant_constraints(other).count == mo.redundant_constraints(linkage).count
 
 
 @settings(max_examples=25, deadline=None)

@@ -194,7 +194,7 @@ def test_curves_of_configurations_by_continuation(lengths):
     four = mo.FourBar(*lengths)
     low, high = four.input_range
     middle = (low + high) / 2
-    curve = mo.trace(four.linkage(middle))
+    curve = mo.trace_motion(four.linkage(middle))
     assert curve.status is mo.tracing.TraceStatus.CLOSED
     assert len(curve.branch_points) == 0
     crank = curve.theta[:, 0] + middle
@@ -210,7 +210,7 @@ def test_curves_of_configurations_by_continuation(lengths):
 
 
 def test_branch_points_of_a_parallelogram():
-    curve = mo.trace(library.parallelogram(1.0, 2.0, 1.0))
+    curve = mo.trace_motion(library.parallelogram(1.0, 2.0, 1.0))
     assert curve.status is mo.tracing.TraceStatus.CLOSED
     assert sorted(np.round(np.abs(torus.difference(0.0, curve.branch_points[:, 0] + 1.0)), 6)) == pytest.approx(
         [0, np.pi], abs=1e-5

@@ -5,7 +5,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import InputError
-from mafsil.mobility import Linkage, finite_mobility, joint, library, trace
+from mafsil.mobility import Linkage, finite_mobility, joint, library, trace_motion
 from mafsil.mobility.finite import FiniteStatus
 from mafsil.solvers.local_dimension import local_set, multiplicity
 from mafsil.solvers.null_ways import FINEST
@@ -67,7 +67,7 @@ def test_random_linkages_with_planted_shaky_parts():
 def test_nothing_is_followed_from_a_shaky_start():
     seven_bars = linkage(SHAKY["taut 4"](1.0)[0])
     with pytest.raises(InputError, match="not all continue"):
-        trace(seven_bars)
+        trace_motion(seven_bars)
 
 
 @pytest.mark.parametrize("digits", [3, 4, 6])

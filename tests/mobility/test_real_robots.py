@@ -68,7 +68,7 @@ def test_geared_five_bar():
     found = mf.mobility(gears)
     assert (found.count.mobility, found.instantaneous.mobility, found.mobility) == (1, 1, 1)
     assert found.finite.status is mo.finite.FiniteStatus.REGULAR
-    curve = mo.trace(gears, steps=300)
+    curve = mo.trace_motion(gears, steps=300)
     np.testing.assert_allclose(curve.theta[:, 4], -1.5 * curve.theta[:, 0], atol=1e-9)
     assert mo.mobilities(gears, curve.theta).tolist() == [1] * len(curve.theta)
     locked = mo.linkages.locked(gears, ["O"])

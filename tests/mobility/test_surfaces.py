@@ -111,8 +111,8 @@ def test_sheets_that_cross_go_straight_on():
     flat, bar = library.parallelogram(), library.four_bar()
     surface = trace_surface(beside(flat, bar))
     assert surface.genus == 1
-    np.testing.assert_allclose(surface.area, mo.trace(flat).length * mo.trace(bar).length, rtol=0.01)
-    crossing = mo.trace(flat).branch_points
+    np.testing.assert_allclose(surface.area, mo.trace_motion(flat).length * mo.trace_motion(bar).length, rtol=0.01)
+    crossing = mo.trace_motion(flat).branch_points
     angle = np.angle(np.exp(1j * (surface.branch_points[:, None, :4] - crossing)))
     nearest = np.abs(angle).max(axis=-1)
     assert len(crossing) == 2
@@ -290,7 +290,14 @@ def test_refusals_say_what_helps():
     with pytest.raises(mf.ModelError, match="next is a rod between two balls, such as B"):
         trace_surface(Linkage.of([joint(name, "S", [a, b], at) for name, a, b, at in rods]))
     left = trace_surface(Linkage.of([*polygon([1.0] * 5).joints[:-1], ball_of(polygon([1.0] * 5))]), points=20).linkage
-    for judge in (mf.mobility, mo.gruebler, mo.finite_mobility, mo.redundancy, mo.structure, mo.linkages.split):
+    for judge in (
+        mf.mobility,
+        mo.gruebler,
+        mo.finite_mobility,
+        mo.redundant_constraints,
+        mo.structure,
+        mo.linkages.split,
+    ):
         with pytest.raises(mf.ModelError, match="J4"):
             judge(left)
 

@@ -13,7 +13,7 @@ from mafsil.collision import Box, Checker, Cylinder, Obstacle, Plane, Sphere
 from mafsil.errors import InputError
 from mafsil.figures import plot_configuration_space
 from mafsil.model import Limits
-from mafsil.planning import configuration_space
+from mafsil.planning import configuration_space_obstacles
 from mafsil.planning.outcome import PlanningStatus
 
 CELLS = 60
@@ -117,7 +117,7 @@ def test_patches_of_an_arm_are_those_of_segments_in_the_plane():
     places = np.array([[1.2, 1.2], [-0.9, 0.4]])
     facing = np.array([[1, 0, 0, 0], [0, 0, 1, -1.5], [0, -1, 0, 0], [0, 0, 0, 1.0]])
     arm = two_links([*posts(*places), Obstacle(Plane(), facing, "wall")])
-    axes, patches = configuration_space(arm, 200)
+    axes, patches = configuration_space_obstacles(arm, 200)
     assert patches.shape == (4, 200, 200)
     a, b = np.meshgrid(*axes, indexing="ij")
     elbow = np.stack([np.cos(a), np.sin(a)], axis=-1)
@@ -140,7 +140,7 @@ def _apart(a, b, p):
 def test_pictures_of_two_and_three_joints_of_any_arm(tmp_path):
     arm = Checker("ur5", [Obstacle(Box((0.3, 0.3, 0.3)), (0.5, 0.2, 0.3), "box")], radius=0.05)
     names = [each.name for each in arm.robot.mechanism.coordinates]
-    axes, patches = configuration_space(arm, 12, joints=names[1:4], at=np.full(6, 0.3))
+    axes, patches = configuration_space_obstacles(arm, 12, joints=names[1:4], at=np.full(6, 0.3))
     assert patches.shape == (2, 12, 12, 12)
     q = np.array([0.3, axes[0][2], axes[1][7], axes[2][5], 0.3, 0.3])
     assert patches[:, 2, 7, 5].tolist() == arm.hits(q).tolist()
@@ -150,4 +150,4 @@ def test_pictures_of_two_and_three_joints_of_any_arm(tmp_path):
         assert file.stat().st_size > 1000
     for wrong in ({}, {"joints": []}, {"joints": ["elbow"]}, {"joints": names[:1] * 2}):
         with pytest.raises(InputError, match="joints"):
-            configuration_space(arm, 5, **wrong)
+            configuration_space_obstacles(arm, 5, **wrong)

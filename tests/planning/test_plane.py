@@ -17,7 +17,7 @@ from mafsil.planning import (
     Problem,
     avoid_moving,
     cell_decomposition,
-    configuration_space,
+    configuration_space_obstacles,
     coordinate,
     disc,
     find_path,
@@ -290,7 +290,7 @@ def test_ends_inside_obstacles_of_a_potential_are_blocked_and_walks_touch_nothin
         (lambda: planar_arm([1.0, -1.0], ONE), r"lengths\[1\]"),
         (lambda: planar_arm([1.0], ONE, thickness=-0.1), "thickness"),
         (lambda: planar_arm([1.0, 1.0], ONE).free([0.0]), "q: expected shape"),
-        (lambda: configuration_space(planar_arm([1.0] * 6, ONE), 20), "larger than"),
+        (lambda: configuration_space_obstacles(planar_arm([1.0] * 6, ONE), 20), "larger than"),
         (lambda: disc([np.nan, 0.0], 1.0), "centre"),
         (lambda: PotentialField.of([4.0, 0.0], []).path([0.0, 0.0], escapes=-1), "escapes"),
         (lambda: find_path(Problem([0], [1], lambda q: np.full(len(q), np.nan)), [0.0], [1.0]), "no truth value"),
@@ -313,7 +313,7 @@ def test_configuration_space_of_an_arm_is_that_of_brute_force():
         [-3, -3], [3, 3], [[[0.9, 0.4], [1.4, 0.4], [1.4, 0.9], [0.9, 0.9]], [[-1.2, -0.6], [-0.6, -0.6], [-0.9, 0.2]]]
     )
     arm = planar_arm([1.0, 0.8], world, thickness=0.03)
-    axes, patches = configuration_space(arm, 200)
+    axes, patches = configuration_space_obstacles(arm, 200)
     assert patches.shape == (2, 200, 200)
     T1, T2 = np.meshgrid(*axes, indexing="ij")
     elbow = np.stack([np.cos(T1), np.sin(T1)], axis=-1)

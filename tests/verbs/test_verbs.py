@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
+import inspect
 import pickle
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +54,105 @@ def test_degrees_are_of_angles_alone():
     assert np.allclose(scara.jacobian(typed, degrees=True), scara.jacobian_body(q), atol=1e-15)
     with pytest.raises(InputError, match="q"):
         scara.radians([1.0, 2.0])
+
+
+ANGLES = frozenset({"q", "q0", "qd", "qdd", "q_preferred", "start"})
+"""Arguments that hold joint coordinates or their time derivatives."""
+KERNELS = frozenset({"together", "kernel", "routine", "compiled_routine", "radians", "degrees"})
+"""What compiles, or converts itself."""
+
+
+def takers():
+    """Public methods and routines of a robot, and top-level functions, that are given joint coordinates."""
+    owners = [(mf.Robot, name) for name in dir(mf.Robot)] + [(mf, name) for name in mf.__all__]
+    for owner, name in owners:
+        value = getattr(owner, name)
+        if name.startswith("_") or name in KERNELS or not callable(value) or isinstance(value, type):
+            continue
+        names = tuple(inspect.signature(value).parameters)
+        if ANGLES & set(names) or name == "ik_all":
+            yield pytest.param(owner, name, names, id=f"{owner.__name__}.{name}")
+
+
+def plain(answer):
+    """What an answer holds in numbers, joint coordinates by name."""
+    if isinstance(answer, np.ndarray | float):
+        return {"": answer}
+    if isinstance(answer, mf.performance.singularities.Singularity):
+        return {"rank": answer.rank, "values": answer.singular_values}
+    if isinstance(answer, mf.planning.ArmPlan):
+        return {"path": answer.path}
+    if hasattr(answer, "q"):
+        return {"q": answer.q}
+    numbers = {field.name: getattr(answer, field.name) for field in dataclasses.fields(answer)}
+    return {name: value for name, value in numbers.items() if isinstance(value, np.ndarray | float | int)}
+
+
+@pytest.mark.parametrize(("owner", "name", "names"), list(takers()))
+def test_whatever_is_given_joint_coordinates_takes_them_in_degrees(owner, name, names):
+    """One rule: what goes in is converted at the door, and coordinates of joints that come out are converted too."""
+    assert "degrees" in names
+    robot, rng = mf.load("puma560").with_payload(1.0), np.random.default_rng(4)
+    angles = {key: rng.uniform(-0.3, 0.3, robot.n) for key in names if key in ANGLES}
+    others = {
+        "tau": np.ones(robot.n), "T_sd": robot.fk(rng.uniform(-0.3, 0.3, robot.n)), "scene": None,
+        "goal": np.zeros(robot.n), "path": None, "trajectory": mf.trajectory.quintic(np.zeros(6), np.ones(6), 0.1),
+    }  # fmt: skip
+    rest = {key: others[key] for key in names if key in others and key != "path"}
+    function = getattr(robot, name) if owner is mf.Robot else partial(getattr(mf, name), robot)
+    if name == "plot":
+        ours, theirs = function(**angles), function(robot.degrees(angles["q"]), degrees=True)
+        spots = [[line.get_xydata() for axes in figure.axes for line in axes.lines] for figure in (ours, theirs)]
+        assert all(np.allclose(a, b) for a, b in zip(*spots, strict=True))
+        return
+    ours = plain(function(**angles, **rest))
+    typed = {key: robot.degrees(value) for key, value in angles.items()}
+    given = plain(function(**typed, **rest, degrees=True))
+    for key, value in ours.items():
+        motion = name == "forward_dynamics" or (key == "q" and name != "simulate")
+        assert np.allclose(given[key], robot.degrees(value) if motion else value, rtol=1e-9, atol=1e-9), key
+
+
+def test_answers_in_degrees_take_and_give_degrees_in_all_their_parts():
+    robot = mf.load("ur5e")
+    typed = np.array([10.0, -90.0, 80.0, 5.0, 20.0, 30.0])
+    T = robot.fk(np.stack([typed, typed + 1.0]), degrees=True)
+    single, batch = robot.ik_all(T[0], degrees=True), mf.inverse_kinematics("ur5e", T, degrees=True)
+    ours = robot.ik_all(T[0])
+    assert len(single) == len(ours)
+    assert single
+    assert np.allclose(list(single), robot.degrees(ours.q))
+    assert np.allclose(single.windings(), robot.degrees(ours.windings()))
+    assert np.allclose(single.nearest(typed), typed)
+    assert np.allclose(single.q_nearest, robot.degrees(ours.q_nearest))
+    assert np.allclose(single.to_dict()["q"], single.q)
+    assert single.status is ours.status
+    assert single.explain("en") == ours.explain("en")
+    assert np.allclose(batch.nearest(typed), [typed, typed + 1.0])
+    assert np.allclose(batch[0].q, single.q)
+    assert [len(one) for one in batch] == [len(single)] * 2
+
+
+def test_degrees_pass_every_form_of_a_routine_call():
+    """Frames, optional inputs, results to write into, batches, robots with loops and without inertia at a joint."""
+    robot = mf.load("scara_rrrp").with_payload(1.0)
+    q = np.array([[0.3, -0.4, 0.5, 0.02], [0.1, 0.2, 0.3, 0.05]])
+    typed, wrench, out = robot.degrees(q), [0, 0, 0, 1.0, 2.0, 3.0], np.empty((2, 4))
+    expected = robot.inverse_dynamics(q, q, q, wrench)
+    for _ in range(2):
+        assert np.allclose(robot.inverse_dynamics(typed, typed, typed, wrench, degrees=True), expected)
+        assert np.allclose(robot.inverse_dynamics(typed, typed, qdd=typed, tip_wrench=wrench, degrees=True), expected)
+    frame = robot.mechanism.link_names[1]
+    assert np.allclose(robot.jacobian_body(typed, frame=frame, degrees=True), robot.jacobian_body(q, frame=frame))
+    answer = robot.forward_dynamics(typed, typed, q, out=out, degrees=True)
+    assert answer is out
+    assert np.allclose(out, robot.degrees(robot.forward_dynamics(q, q, q)))
+    assert np.allclose(robot.inverse_dynamics(typed, typed, out, degrees=True), q)
+    with pytest.raises(InputError, match="takes q"):
+        robot.mass_matrix(q, q, degrees=True)
+    loops = mf.load(ROBOTS / "palletiser.xml")
+    closed = np.zeros(loops.n)
+    assert np.allclose(loops.fk(loops.degrees(closed), degrees=True), loops.fk(closed))
 
 
 def test_ik_is_the_nearest_of_all_solutions_and_windings(six):

@@ -8,5 +8,5 @@ from mafsil.code_store.folder import prepare as prepare
 from mafsil.code_store.folder import write_whole as write_whole
 from mafsil.code_store.store import CacheWarning as CacheWarning
 from mafsil.code_store.store import FileStore as FileStore
-from mafsil.code_store.store import Kind as Kind
+from mafsil.code_store.store import StoreKind as StoreKind
 from mafsil.code_store.store import warn as warn

@@ -43,7 +43,7 @@ class CacheWarning(UserWarning):
 
 
 @dataclass(frozen=True)
-class Kind:
+class StoreKind:
     """What lies in a file.
 
     Attributes:
@@ -87,7 +87,7 @@ class FileStore:
         kind: of the entries.
     """
 
-    def __init__(self, directory: Path | None, kind: Kind) -> None:
+    def __init__(self, directory: Path | None, kind: StoreKind) -> None:
         self.directory = directory
         self.kind = kind
         self._ready: bool | None = None if directory else False

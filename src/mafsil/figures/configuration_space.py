@@ -16,7 +16,7 @@ from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import INK, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
-from mafsil.planning import PlanarArm, configuration_space
+from mafsil.planning import PlanarArm, configuration_space_obstacles
 
 SLICES = 6
 """Pictures of three joints, one for each of some values of the third."""
@@ -37,16 +37,16 @@ def plot_configuration_space(
     Args:
         arm: among polygons, or any arm in its scene.
         path: .png, .svg or .pdf.
-        cells, joints, at: as of `mafsil.planning.configuration_space`.
+        cells, joints, at: as of `mafsil.planning.configuration_space_obstacles`.
         way: (k, n) configurations of a path that is drawn over two joints, if given [rad | m].
         language: of the labels; the current one if None.
 
     Raises:
-        InputError: an ending of no picture, one joint, or what `configuration_space` refuses.
+        InputError: an ending of no picture, one joint, or what `configuration_space_obstacles` refuses.
     """
     file = picture_file(path)
     names = None if joints is None else tuple(joints)
-    axes, patches = configuration_space(arm, cells, joints=names, at=at)
+    axes, patches = configuration_space_obstacles(arm, cells, joints=names, at=at)
     if len(axes) < 2:
         raise InputError("planning.one_painted")
     if isinstance(arm, Checker):

@@ -12,7 +12,7 @@ from mafsil.arrays import Floats
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import in_line
 from mafsil.messages.visible import visible
-from mafsil.mobility import Linkage, Mobility, mobility, torus, trace
+from mafsil.mobility import Linkage, Mobility, mobility, torus, trace_motion
 from mafsil.mobility.linkages import Kind, LinkageJoint, body_poses, closed_near
 from mafsil.mobility.linkages.loop_closure import units
 from mafsil.mobility.spaces.motion_group import cross
@@ -130,7 +130,7 @@ def _along_the_motion(linkage: Linkage, found: Mobility) -> list[Floats]:
     if not found or not linkage.coordinates:
         return []
     if found.instantaneous.mobility == 1 and linkage.loops:
-        curve = trace(linkage, steps=400)
+        curve = trace_motion(linkage, steps=400)
         reach = min(len(curve.theta) - 1, 12)
         return [curve.theta[k] for k in np.linspace(0, reach, GHOSTS).astype(int)[1:]]
     rates = found.instantaneous.rates[:, 0] * units(linkage)

@@ -13,7 +13,7 @@ from mafsil.figures.linkage import is_flat, skeleton
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import in_line
 from mafsil.messages.visible import visible
-from mafsil.mobility import Linkage, Mobility, mobility, trace
+from mafsil.mobility import Linkage, Mobility, mobility, trace_motion
 from mafsil.mobility.instantaneous import null_space
 from mafsil.mobility.linkages import body_poses, closed_near
 from mafsil.mobility.linkages.loop_closure import loop_matrix, units
@@ -34,8 +34,8 @@ _TRAIL = "#d33f3a"
 def save_linkage_motion(linkage: Linkage, path: str | PathLike[str], *, found: Mobility | None = None) -> None:
     """Write a moving picture of a linkage, with the curve of a point of its output.
 
-    A linkage of mobility 1 with loops goes through all configurations that `trace` reaches, back again where the curve
-    does not close; others swing along one free motion after the other.
+    A linkage of mobility 1 with loops goes through all configurations that `trace_motion` reaches, back again where the
+    curve does not close; others swing along one free motion after the other.
 
     Args:
         linkage: as drawn, closed.
@@ -86,7 +86,7 @@ def motion_frames(linkage: Linkage, found: Mobility) -> Floats:
     if not found.finite.mobility or not linkage.coordinates:
         raise InputError("mobility.picture_rigid", name=linkage.name or "-", reason=found.explain().split("\n")[0])
     if found.instantaneous.mobility == 1 and linkage.loops:
-        curve = trace(linkage, steps=LONGEST_CURVE)
+        curve = trace_motion(linkage, steps=LONGEST_CURVE)
         path = _evenly(curve.theta, units(linkage))
         return path if curve.status.name == "CLOSED" else np.concatenate([path, path[::-1]])
     rates = found.instantaneous.rates[:, :MOTIONS].T

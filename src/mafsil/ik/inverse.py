@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,7 @@ from mafsil.ik.structure.analysis import Task
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
-from mafsil.robot.degrees import remark_on_degrees
+from mafsil.robot.degrees import DegreesView, remark_on_degrees, takes_degrees
 
 if TYPE_CHECKING:
     import mafsil.geometry.membership as membership
@@ -40,6 +40,7 @@ _KEPT, _UNKNOWN = "closed form of the tip", object()
 """Where a robot keeps the compiled closed form of its tip: no name that an attribute could have."""
 
 
+@takes_degrees("q0")
 def inverse_kinematics(
     robot: RobotLike,
     T_sd: ArrayLike,
@@ -49,6 +50,7 @@ def inverse_kinematics(
     q0: ArrayLike | None = None,
     free: float | Mapping[str, float] | None = None,
     tolerance: float = 1e-9,
+    degrees: bool = False,
 ) -> SolutionSet | SolutionBatch:
     """All joint vectors that bring the tip to a pose, or to each pose of a batch.
 
@@ -66,6 +68,7 @@ def inverse_kinematics(
         tolerance: largest residual [m | rad] of a solution. Arms with fewer joints than the task has equations meet a
             rounded pose in the sense of least squares; other arms the nearest configuration where there is no exact
             one.
+        degrees: the angles in q0 and in the answer's solutions are in degrees; its sentences and limits stay SI.
 
     Returns:
         For one pose a `SolutionSet`: solutions with branches, families and reasons; where `complete` is set there are
@@ -76,7 +79,7 @@ def inverse_kinematics(
         InputError: a wrong shape, no pose, an unknown task, a tolerance that is not positive.
         ModelError: an unknown frame.
     """
-    if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and q0 is None:
+    if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and q0 is None and not degrees:
         plain = type(tolerance) is float and SMALLEST <= tolerance <= LARGEST and T_sd.dtype == np.float64
         # One pose as programs give it: the compiled closed form decides, and most often its rows are the answer.
         quick = _quick(robot, frame, task) if free is None else None
@@ -94,7 +97,8 @@ def inverse_kinematics(
                 return at_parameter.with_parameter(arm, T_sd, free, tolerance)
             if has_redundant_joints(arm):
                 return redundant_single.redundant_single(arm, T_sd, arm.middle, tolerance)
-    return _answer(as_robot(robot), T_sd, frame, task, q0, free, tolerance)
+    answer = _answer(as_robot(robot), T_sd, frame, task, q0, free, tolerance)
+    return cast("SolutionSet", DegreesView(answer, as_robot(robot))) if degrees else answer
 
 
 def _answer(

@@ -16,11 +16,11 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any, TypeVar
 
-from mafsil.code_store import CACHE_VARIABLE, FileStore, Kind, code_folder, is_off, warn
+from mafsil.code_store import CACHE_VARIABLE, FileStore, StoreKind, code_folder, is_off, warn
 
-KERNEL = Kind(b"mafsilK\0", ".kernel")
+KERNEL = StoreKind(b"mafsilK\0", ".kernel")
 """Machine code."""
-TAPE = Kind(b"mafsilT\0", ".tape")
+TAPE = StoreKind(b"mafsilT\0", ".tape")
 """The operations of an expression."""
 _PARTS = struct.Struct("<IIIQ")
 _HEAD = struct.Struct("<I")
@@ -134,7 +134,7 @@ class Store:
     def __init__(self, directory: Path | None) -> None:
         self._codes = FileStore(directory, KERNEL)
         self._tapes = FileStore(directory, TAPE)
-        self._memory: dict[tuple[Kind, str], Any] = {}
+        self._memory: dict[tuple[StoreKind, str], Any] = {}
         self._lock = threading.Lock()
 
     @property

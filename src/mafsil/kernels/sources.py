@@ -18,10 +18,10 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
-from mafsil.code_store import FileStore, Kind, code_folder
+from mafsil.code_store import FileStore, StoreKind, code_folder
 from mafsil.kernels.identity import content_key, fingerprint
 
-SOURCES = Kind(b"mafsilS\0", ".sources")
+SOURCES = StoreKind(b"mafsilS\0", ".sources")
 """Hashes of code."""
 _DYNAMIC = frozenset(("import_module", "__import__", "exec", "eval"))
 

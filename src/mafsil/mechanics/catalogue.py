@@ -16,12 +16,12 @@ from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 
-from mafsil.code_store import FileStore, Kind, code_folder
+from mafsil.code_store import FileStore, StoreKind, code_folder
 from mafsil.errors import InputError
 from mafsil.mechanics.quantity import Quantity, rows_of
 
 PACKAGE = "mafsil.mechanics.quantities"
-ROWS = Kind(b"mafsilR\0", ".sources")
+ROWS = StoreKind(b"mafsilR\0", ".sources")
 """What the rows say."""
 _HERE = Path(__file__).parent
 

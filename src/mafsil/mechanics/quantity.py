@@ -46,6 +46,7 @@ INPUT_TEXTS: Mapping[str, str] = MappingProxyType(
         "base_twist": "(*batch, 6) twist of a carried base: of {s}, which moves with it, in {s}; optional.",
         "base_acceleration": "(*batch, 6) time derivative of the base's twist, without gravity; optional.",
         "frame": "name of the link whose frame is meant; the tip frame if None.",
+        "degrees": "joint coordinates, rates and accelerations are given in degrees; all else stays SI.",
     }
 )
 
@@ -146,7 +147,12 @@ class Quantity:
         """Arguments of the robot's routine, as Python writes them."""
         optional = [f"{name}=None" for name in self.optional]
         named = [f"{name}=None" for name in (*(("frame",) if self.framed else ()), "out", "threads")]
-        return f"({', '.join((*self.inputs, *optional, '*', *named))})"
+        return f"({', '.join((*self.inputs, *optional, '*', *named, 'degrees=False'))})"
+
+    @property
+    def is_joint_motion(self) -> bool:
+        """Whether the result is a vector of joint coordinates or of their time derivatives."""
+        return self.shape == ("n",) and self.unit.startswith("rad")
 
     def chosen_builder(self, others: Collection[str] = ()) -> Callable[..., Expression]:
         """The builder.
@@ -165,7 +171,8 @@ class Quantity:
         frame = f", expressed in {self.expressed_in}" if self.expressed_in else ""
         return (
             f"{self.title}\n\nArgs:\n{arguments}\n    out: array for the result.\n"
-            "    threads: how many threads share a large batch; all cores if None.\n\n"
+            "    threads: how many threads share a large batch; all cores if None.\n"
+            f"    degrees: {INPUT_TEXTS['degrees']}\n\n"
             f"Returns:\n    {self.symbol} (*batch{shape}) [{self.unit}]{frame}.\n\nRaises:\n"
             "    InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.\n\n"
             f"Reference: {self.reference}"

@@ -34,9 +34,9 @@ from mafsil.mobility.linkages.linkage_joint import joint as joint
 from mafsil.mobility.linkages.loop_closure import point_position as point_position
 from mafsil.mobility.linkages.mechanism_linkage import linkage_of as linkage_of
 from mafsil.mobility.linkages.mechanism_linkage import mechanism_of as mechanism_of
-from mafsil.mobility.redundancy import LoopCause as LoopCause
-from mafsil.mobility.redundancy import RedundantConstraints as RedundantConstraints
-from mafsil.mobility.redundancy import redundancy as redundancy
+from mafsil.mobility.redundant_constraints import LoopCause as LoopCause
+from mafsil.mobility.redundant_constraints import RedundantConstraints as RedundantConstraints
+from mafsil.mobility.redundant_constraints import redundant_constraints as redundant_constraints
 from mafsil.mobility.report import Mobility as Mobility
 from mafsil.mobility.report import body_rates as body_rates
 from mafsil.mobility.report import mobility as mobility
@@ -57,4 +57,4 @@ from mafsil.mobility.synthesis.function_task import synthesise_function as synth
 from mafsil.mobility.synthesis.motion import synthesise_motion as synthesise_motion
 from mafsil.mobility.synthesis.path import synthesise_path as synthesise_path
 from mafsil.mobility.tracing import Trace as Trace
-from mafsil.mobility.tracing import trace as trace
+from mafsil.mobility.tracing import trace_motion as trace_motion

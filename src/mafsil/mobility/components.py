@@ -17,7 +17,7 @@ from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import body_poses, closed_near, units
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.tracing import LONGEST, Trace, trace
+from mafsil.mobility.tracing import LONGEST, Trace, trace_motion
 
 ON_CURVE = 0.75
 """Times the square of the longest step, for each body: as far as a curve of curvature up to 6 bends off its chords."""
@@ -100,7 +100,7 @@ def configuration_curves(
     Args:
         linkage: as drawn.
         starts: random starts; where it is drawn is the first.
-        step, steps: of the curves, see `trace`.
+        step, steps: of the curves, see `trace_motion`.
         seed: of the starts.
     """
     count, longest = whole("starts", starts, 1, 10_000), positive("step", step)
@@ -119,7 +119,7 @@ def configuration_curves(
         elif instantaneous(linkage, theta).mobility != 1 or not all_are_real(linkage, theta, 1):
             others += 1
         else:
-            curves.append(trace(linkage, theta, step=longest, steps=steps))
+            curves.append(trace_motion(linkage, theta, step=longest, steps=steps))
             hits.append(1)
     return ConfigurationCurves(tuple(curves), tuple(hits), others)
 

@@ -33,7 +33,7 @@ from mafsil.mobility.linkages.loop_closure import (
     units,
 )
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.redundancy import left_null_space, loop_groups
+from mafsil.mobility.redundant_constraints import left_null_space, loop_groups
 from mafsil.mobility.spaces.motion_group import bracket
 from mafsil.mobility.tolerances import CLOSED, DEFINITE, PATH_STEP
 from mafsil.solvers import decompositions

@@ -34,7 +34,7 @@ from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import configuration, largest_gap, loop_equations, loop_state, misfit, units
 from mafsil.mobility.linkages.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.redundancy import RedundantConstraints, redundancy
+from mafsil.mobility.redundant_constraints import RedundantConstraints, redundant_constraints
 from mafsil.mobility.structure import Structure, structure
 from mafsil.mobility.tolerances import CLOSED, RANK, ROUNDED
 from mafsil.solvers.decompositions import ranks
@@ -224,7 +224,7 @@ def mobility(
         raise InputError("mobility.gapes", name=linkage.name or "-", gap=gap)
     return Mobility(
         linkage, structure(linkage), gruebler(linkage, rule), instantaneous(linkage),
-        finite_mobility(linkage, seed=seed), mobility_around(linkage, seed=seed), redundancy(linkage),
+        finite_mobility(linkage, seed=seed), mobility_around(linkage, seed=seed), redundant_constraints(linkage),
         actuation(linkage), not_negative("play", play), exactness(linkage),
     )  # fmt: skip
 

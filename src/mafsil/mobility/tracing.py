@@ -92,7 +92,9 @@ class Trace(SingleAnswer):
 
 
 @on_linkage
-def trace(linkage: Linkage, theta: ArrayLike | None = None, *, step: float = LONGEST, steps: int = 4000) -> Trace:
+def trace_motion(
+    linkage: Linkage, theta: ArrayLike | None = None, *, step: float = LONGEST, steps: int = 4000
+) -> Trace:
     """Follow the configurations of a linkage of mobility 1 from a regular one, until they lead back.
 
     1. The tangent is the null vector of the loop matrix, turned to go on as before.

@@ -9,9 +9,9 @@ from mafsil.planning.base_placement import optimal_base_placement as optimal_bas
 from mafsil.planning.cell_decomposition import CellDecomposition as CellDecomposition
 from mafsil.planning.cell_decomposition import cell_decomposition as cell_decomposition
 from mafsil.planning.closed_arms import loops_kept as loops_kept
-from mafsil.planning.configuration_space import PlanarArm as PlanarArm
-from mafsil.planning.configuration_space import configuration_space as configuration_space
-from mafsil.planning.configuration_space import planar_arm as planar_arm
+from mafsil.planning.configuration_obstacles import PlanarArm as PlanarArm
+from mafsil.planning.configuration_obstacles import configuration_space_obstacles as configuration_space_obstacles
+from mafsil.planning.configuration_obstacles import planar_arm as planar_arm
 from mafsil.planning.coordination import Coordination as Coordination
 from mafsil.planning.coordination import avoid_moving as avoid_moving
 from mafsil.planning.coordination import coordinate as coordinate

@@ -47,7 +47,7 @@ from mafsil.planning.problem import Problem
 from mafsil.planning.reasons import FirstLine, Reason
 from mafsil.planning.search import PLANNERS
 from mafsil.planning.shortening import shortened
-from mafsil.robot.degrees import remark_on_degrees
+from mafsil.robot.degrees import in_radians, remark_on_degrees
 
 if TYPE_CHECKING:
     import mafsil.planning.cell_cover as cell_cover
@@ -83,6 +83,7 @@ def plan(
     constraints: Constraint | Iterable[Constraint] = (),
     radius: float | None = None,
     active_joints: Iterable[str] | None = None,
+    degrees: bool = False,
 ) -> ArmPlan:
     """A path of an arm from a configuration to a goal, each straight motion of it proved free of collisions.
 
@@ -126,6 +127,7 @@ def plan(
             Checker was made with its own.
         active_joints: names of joints that may move though start and goals agree on them, in place of the rule above;
             none for an empty list.
+        degrees: the angles in start, and in a goal of configurations, are in degrees; the path holds radians.
 
     Ctrl-C ends planners that improve with the best so far, `interrupted`; others raise `KeyboardInterrupt`.
 
@@ -153,6 +155,7 @@ def plan(
     )
     n, mechanism = checker.robot.n, checker.robot.mechanism
     loops = closed_arms.loops_kept(mechanism) if mechanism.loops else ()
+    start = in_radians(mechanism, "start", start) if degrees else start
     q = single("start", start, (n,)).copy()
     remark_on_degrees(checker.robot, "start", start)
     if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
@@ -166,7 +169,7 @@ def plan(
         rule_for(checker, may_move)
     begun = perf_counter()
     # 1.
-    goals = configurations_of(checker, goal, q)
+    goals = configurations_of(checker, goal, q, degrees=degrees)
     on = checker.robot.limits.admitted(q), checker.robot.limits.admitted(goals)
     if (on[0] != q).any() or (on[1] != goals).any():
         measured = plan(
@@ -351,20 +354,30 @@ def _checker(
     )
 
 
-def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, start: JointVector) -> JointVector:
-    """(k, n) goals; of poses all solutions within the limits."""
+def configurations_of(
+    checker: Checker, goal: ArrayLike | Pose | GoalRegion, start: JointVector, *, degrees: bool = False
+) -> JointVector:
+    """(k, n) goals; of poses all solutions within the limits.
+
+    Args:
+        checker: the arm in its scene.
+        goal: as of `plan`.
+        start: (n,) [rad | m].
+        degrees: configurations among the goals are in degrees.
+    """
     n = len(start)
     if isinstance(goal, GoalRegion):
         return _solutions(checker, goal.poses(), start)
     typed = isinstance(goal, Pose)
     array = np.asarray(goal, dtype=np.float64) if typed else real_array("goal", goal)
+    rows = in_radians(checker.robot.mechanism, "goal", array) if degrees and array.shape[-1:] == (n,) else array
     if array.shape == (n,) and n:
-        remark_on_degrees(checker.robot, "goal", goal)
-        return require_finite("goal", array).copy()[None]
+        remark_on_degrees(checker.robot, "goal", rows if degrees else goal)
+        return require_finite("goal", rows).copy()[None]
     if not array.size:
         raise InputError("planning.no_goals")
     if not typed and array.ndim == 2 and array.shape[-1] == n and not _looks_like_pose(array, n):
-        return np.array(as_batch("goal", array, (n,), finite=True), ndmin=2)
+        return np.array(as_batch("goal", rows, (n,), finite=True), ndmin=2)
     if array.ndim not in (2, 3) or array.shape[-2:] != (4, 4):
         raise InputError("planning.no_goal", n=n, got=array.shape)
     return _solutions(checker, checked_poses("goal", array).reshape(-1, 4, 4), start)

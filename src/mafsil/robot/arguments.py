@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.errors import InputError
 from mafsil.mechanics.quantity import Quantity
 
-OPTIONS = ("out", "threads")
+OPTIONS = ("out", "threads", "degrees")
 """What every routine takes by name."""
 TIP_LETTERS = ("b", "t", "tip")
 """Letters that a wrench in the tip frame may carry, besides the name of the tip link."""

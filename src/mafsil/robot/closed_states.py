@@ -21,6 +21,7 @@ from mafsil.lazy_module import lazily
 from mafsil.mechanics.catalogue import quantity
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
+from mafsil.robot.degrees import evaluate_in_degrees
 from mafsil.robot.routines import signature_of
 
 if TYPE_CHECKING:
@@ -65,6 +66,8 @@ class ClosedState:
         Raises:
             InputError: as the routine; coordinates, rates or accelerations that open a loop.
         """
+        if named.pop("degrees", False):
+            return evaluate_in_degrees(self.mechanism, self.row, self, arrays, named)
         found: Floats = self.routine(*arrays, **named)
         given = dict(zip(self.row.inputs, arrays, strict=False)) | named
         require_closed(self.mechanism, **{name: given[name] for name in self.row.inputs})

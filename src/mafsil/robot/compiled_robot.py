@@ -18,7 +18,7 @@ from mafsil.mechanics.mass_matrix_singularity import MassMatrixSingularity, mass
 from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
 from mafsil.robot.arguments import arranged, twin_form
-from mafsil.robot.degrees import DegreesHint
+from mafsil.robot.degrees import DegreesHint, evaluate_in_degrees, takes_degrees
 from mafsil.robot.description import Description
 from mafsil.robot.masses import Answered, may_be_singular, require_masses
 from mafsil.robot.motionless import Motionless
@@ -48,17 +48,25 @@ class CompiledRobot(Description, Routines):
         super().__init__(mechanism)
         self._kernels: dict[tuple[str | tuple[str, ...], str | None, tuple[str, ...]], kernels.Kernel] = {}
 
-    def friction_torque(self, qd: ArrayLike, *, smoothing: float = SMOOTHING) -> JointVector:
+    @takes_degrees("qd")
+    def friction_torque(self, qd: ArrayLike, *, smoothing: float = SMOOTHING, degrees: bool = False) -> JointVector:
         """Efforts (*batch, n) that friction takes: viscous qd + coulomb tanh(qd / smoothing) + offset [N m | N].
 
         Args:
             qd: (*batch, n) joint rates [rad/s | m/s].
             smoothing: rate [rad/s | m/s] within which the Coulomb part changes its sign smoothly.
+            degrees: qd is in deg/s.
         """
         return self._friction.torque(as_batch("qd", qd, (self.n,)), smoothing)
 
-    def mass_matrix_singularity(self, q: ArrayLike) -> MassMatrixSingularity:
-        """Whether the mass matrix at one position q (n,) can be inverted, and if not, which motion moves no inertia."""
+    @takes_degrees("q")
+    def mass_matrix_singularity(self, q: ArrayLike, *, degrees: bool = False) -> MassMatrixSingularity:
+        """Whether the mass matrix at one position can be inverted, and if not, which motion moves no inertia.
+
+        Args:
+            q: (n,) joint coordinates [rad | m].
+            degrees: the angles in q are in degrees.
+        """
         return mass_matrix_singularity(
             self.mass_matrix(as_batch("q", q, (self.n,), finite=True).reshape(self.n)), self.joint_names
         )
@@ -150,14 +158,18 @@ class CompiledRobot(Description, Routines):
         frame: str | None = None,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
         **named: ArrayLike,
     ) -> Floats:
-        """Any call: inputs by position or name, optional inputs, frames, batches.
+        """Any call: inputs by position or name, optional inputs, frames, batches, degrees.
 
         1. The inputs alone, by position: a list or a batch for the tip frame's own kernel.
         2. Otherwise the inputs are put in their order, and the kernel is that of this frame and these optional inputs.
         3. A form of call that has a builtin of its own (`twin_form`) gets it, so that the next such call is fast.
         """
+        if degrees:
+            again = partial(self._general, row, evaluate, frame=frame, out=out, threads=threads)
+            return evaluate_in_degrees(self.mechanism, row, again, arrays, named)
         # 1.
         if frame is None and not named and len(arrays) == len(row.inputs):
             found = evaluate(*arrays, out=out, threads=threads)
@@ -192,9 +204,15 @@ class CompiledRobot(Description, Routines):
         frame: str | None = None,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
         **named: ArrayLike,
     ) -> Floats:
         """What the builtin of a frame or with optional inputs does not take; these may even be None."""
+        if degrees:
+            again = partial(
+                self._general_of_twin, row, own_frame, optional, evaluate, frame=frame, out=out, threads=threads
+            )
+            return evaluate_in_degrees(self.mechanism, row, again, arrays, named)
         inputs = arranged(row, arrays, named, self.mechanism.tip)
         there = tuple(name for name in row.optional if name in inputs)
         at = own_frame if frame is None else frame

@@ -1,17 +1,32 @@
-"""A hint when joint angles look like degrees: FK of degrees is a right answer to a question that nobody asked."""
+"""Degrees at the door of a robot: `degrees=True` converts, and angles that look like degrees without it are hinted at.
+
+What is given as joint coordinates, rates and accelerations is then in deg, deg/s and deg/s^2 (lengths stay), and so is
+what comes out as such; everything else stays SI: Jacobians and derivatives are per radian, plans and recordings, from
+which other functions compute, hold radians.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial, wraps
+from inspect import signature
 from math import pi
-from typing import Any, cast
+from typing import Any, Concatenate, ParamSpec, TypeVar, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats
-from mafsil.errors import InputWarning, warn
+from mafsil.arrays import Floats, as_batch
+from mafsil.errors import InputError, InputWarning, warn
+from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
+from mafsil.model.loading import RobotLike, as_mechanism
 
+P = ParamSpec("P")
+Owner = TypeVar("Owner")
+Result = TypeVar("Result")
+MOTION = ("q", "qd", "qdd")
+"""Inputs of quantities that are joint coordinates or their time derivatives."""
 TURN = 2.0 * pi
 _ROWS = (list, tuple)
 _NESTED = (list, tuple, np.ndarray)
@@ -86,3 +101,121 @@ def remark_on_degrees(robot: Any, name: str, q: object) -> None:
         InputWarning: it does.
     """
     robot._degrees_hint(q, name)
+
+
+def takes_degrees(
+    *names: str,
+) -> Callable[[Callable[Concatenate[Owner, P], Result]], Callable[Concatenate[Owner, P], Result]]:
+    """A function of a Robot that is given radians, also where `degrees=True` says that the caller gave degrees.
+
+    The function has `degrees` among its arguments, for its readers and for what it gives back.
+
+    Args:
+        names: of its arguments that hold joint coordinates or their time derivatives, or None.
+    """
+
+    def door(function: Callable[Concatenate[Owner, P], Result]) -> Callable[Concatenate[Owner, P], Result]:
+        @wraps(function)
+        def call(robot: Owner, /, *args: P.args, **named: P.kwargs) -> Result:
+            if not named.get("degrees", False):
+                return function(robot, *args, **named)
+            mechanism = as_mechanism(cast("RobotLike", robot), keeps_loops=True)
+            bound = signature(function).bind(robot, *args, **named)
+            for name in names:
+                value: Any = bound.arguments.get(name)
+                if value is not None:
+                    bound.arguments[name] = in_radians(mechanism, name, value)
+            return function(*bound.args, **bound.kwargs)
+
+        return call
+
+    return door
+
+
+def in_radians(mechanism: Mechanism, name: str, value: ArrayLike) -> Floats:
+    """(*batch, n) joint coordinates, or their time derivatives, given with angles in degrees; lengths stay.
+
+    Args:
+        mechanism: of the robot.
+        name: of the argument, for the error.
+        value: (*batch, n) [deg | m].
+
+    Raises:
+        InputError: a wrong shape, or no real numbers.
+    """
+    return as_batch(name, value, (mechanism.n,)) * radians_per_unit(mechanism)
+
+
+def radians_per_unit(mechanism: Mechanism) -> Floats:
+    """(n,) what a coordinate [deg | m] is multiplied by to be [rad | m]."""
+    return np.where(mechanism.angular, pi / 180.0, 1.0)
+
+
+def evaluate_in_degrees(
+    mechanism: Mechanism, row: Quantity, routine: Callable[..., Floats], arrays: Sequence[Any], named: dict[str, Any]
+) -> Floats:
+    """A routine's result where the caller gave `degrees=True`.
+
+    Args:
+        mechanism: of the robot.
+        row: the quantity.
+        routine: which takes radians.
+        arrays, named: arguments of the call without `degrees`.
+    """
+    given = [*zip((*row.inputs, *row.optional), arrays, strict=False)]
+    if len(given) < len(arrays):
+        raise InputError("robot.too_many", name=row.name, count=len(arrays), inputs=", ".join(row.inputs))
+    q = [in_radians(mechanism, name, value) if name in MOTION else value for name, value in given]
+    options = {name: in_radians(mechanism, name, x) if name in MOTION else x for name, x in named.items()}
+    result = routine(*q, **options)
+    return np.divide(result, radians_per_unit(mechanism), out=result) if row.is_joint_motion else result
+
+
+class DegreesView:
+    """An answer whose joint coordinates go out and in with angles in degrees; all else of it is as it was.
+
+    Args:
+        answer: with coordinates in radians: under one of the names `JOINTS`, as rows when it is iterated, or in its
+            parts.
+        robot: whose coordinates they are.
+    """
+
+    JOINTS = ("q", "nearest", "q_nearest", "windings")
+
+    def __init__(self, answer: Any, robot: Any) -> None:
+        self._answer, self._robot = answer, robot
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        value = getattr(self._answer, name)
+        if name not in self.JOINTS:
+            return value
+        return self._converted(value) if isinstance(value, np.ndarray) else partial(self._called, name, value)
+
+    def _called(self, name: str, method: Callable[..., Any], *args: Any, **named: Any) -> Any:
+        args = (self._robot.radians(args[0]),) if name == "nearest" and args else args
+        named = {key: self._robot.radians(x) if key == "q" else x for key, x in named.items()}
+        return self._converted(method(*args, **named))
+
+    def _converted(self, value: Any) -> Any:
+        return self._robot.degrees(value) if isinstance(value, np.ndarray) else DegreesView(value, self._robot)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._converted(self._answer[index])
+
+    def __iter__(self) -> Any:
+        return map(self._converted, self._answer)
+
+    def __len__(self) -> int:
+        return len(self._answer)
+
+    def __bool__(self) -> bool:
+        return bool(self._answer)
+
+    def __repr__(self) -> str:
+        return repr(self._answer)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data of the answer, coordinates in degrees."""
+        return self._answer.to_dict() | {"q": self.q}

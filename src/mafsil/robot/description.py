@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from math import pi
 from os import PathLike
 from typing import TYPE_CHECKING, Literal, NoReturn, Self, Unpack, cast
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import JointVector, PoseMatrix, as_batch
@@ -17,6 +15,7 @@ from mafsil.model import JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRowLike, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.serial import ArmParts
+from mafsil.robot.degrees import in_radians, radians_per_unit
 from mafsil.robot.overview import overview, overview_html
 
 if TYPE_CHECKING:
@@ -132,7 +131,7 @@ class Description:
         Args:
             q: (*batch, n) joint coordinates [deg | m].
         """
-        return as_batch("q", q, (self.n,)) * np.where(self.mechanism.angular, pi / 180.0, 1.0)
+        return in_radians(self.mechanism, "q", q)
 
     def degrees(self, q: ArrayLike) -> JointVector:
         """(*batch, n) coordinates with angles in degrees, as people read them; lengths stay.
@@ -140,7 +139,7 @@ class Description:
         Args:
             q: (*batch, n) joint coordinates [rad | m].
         """
-        return as_batch("q", q, (self.n,)) * np.where(self.mechanism.angular, 180.0 / pi, 1.0)
+        return as_batch("q", q, (self.n,)) / radians_per_unit(self.mechanism)
 
     def with_tip(self, tip: str, T_lt: ArrayLike | None = None) -> Self:
         """The robot with another tip frame.

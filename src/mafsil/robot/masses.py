@@ -61,10 +61,10 @@ class Answered:
     Args:
         name: of the quantity.
         routine: which gives NaN there.
-        degeneracy: of a position, by the robot of the routine.
+        singularity: of a position, by the robot of the routine.
     """
 
-    def __init__(self, name: str, routine: Any, singularity: Callable[[ArrayLike], MassMatrixSingularity]) -> None:
+    def __init__(self, name: str, routine: Any, singularity: Callable[..., MassMatrixSingularity]) -> None:
         self.name, self.routine, self.singularity = name, routine, singularity
         self.row = quantity(name)
         self.__name__, self.__doc__, self.__signature__ = name, self.routine.__doc__, signature_of(self.row)
@@ -80,11 +80,14 @@ class Answered:
             found: Floats = self.routine(*arrays, **named)
         except InputError as error:
             if error.key in NO_FINITE_ANSWER:
-                self.singularity(arrays[0] if arrays else named["q"]).require_regular()
+                self._require_regular(*arrays[:1], **named)
             raise
         if found.ndim == len(self.row.shape) and not np.isfinite(found).all():
-            self.singularity(arrays[0] if arrays else named["q"]).require_regular()
+            self._require_regular(*arrays[:1], **named)
         return found
+
+    def _require_regular(self, q: ArrayLike, *, degrees: bool = False, **_: Any) -> None:
+        self.singularity(q, degrees=degrees).require_regular()
 
     def __reduce__(self) -> tuple[type[Answered], tuple[Any, ...]]:
         return Answered, (self.name, self.routine, self.singularity)

@@ -27,7 +27,13 @@ class Motionless:
         self.__name__, self.__doc__, self.__signature__ = name, row.doc(), signature_of(row)
 
     def __call__(
-        self, q: ArrayLike, *, frame: str | None = None, out: Floats | None = None, threads: int | None = None
+        self,
+        q: ArrayLike,
+        *,
+        frame: str | None = None,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """(*batch, 4, 4) pose of the tip frame or of the link `frame`, or (*batch, L, 4, 4) of all links, in {s}.
 
@@ -35,7 +41,7 @@ class Motionless:
             q: (*batch, 0).
             frame: link name, for forward kinematics.
             out: array of the result's shape to write into.
-            threads: of no effect; there is nothing to compute.
+            threads, degrees: of no effect; there is nothing to compute, and no angle.
 
         Raises:
             InputError: a wrong shape, or a frame for what has none.

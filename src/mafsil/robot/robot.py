@@ -17,6 +17,7 @@ from mafsil.mechanics.mass_matrix_singularity import mass_matrix_singularity
 from mafsil.mechanics.task_space import TaskSpace, task_space
 from mafsil.mechanics.tolerances import SINGULAR, SMALLEST
 from mafsil.robot.compiled_robot import CompiledRobot
+from mafsil.robot.degrees import takes_degrees
 from mafsil.robot.torque_terms import TorqueTerms, torque_terms_of
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ class Robot(CompiledRobot, Verbs):
         mechanism: the description; immutable.
     """
 
+    @takes_degrees("q", "qd", "qdd")
     def torque_terms(
         self,
         q: ArrayLike,
@@ -47,6 +49,7 @@ class Robot(CompiledRobot, Verbs):
         *,
         other: ArrayLike | None = None,
         smoothing: float = SMOOTHING,
+        degrees: bool = False,
     ) -> TorqueTerms:
         """All parts of the efforts by name: links, rotors, centrifugal, coriolis, gravity, friction, tip, other.
 
@@ -55,16 +58,18 @@ class Robot(CompiledRobot, Verbs):
             tip_wrench: (*batch, 6) wrench (m, f) the tip exerts on the world, in the tip frame [N m, N].
             other: (*batch, n) efforts of anything else that depends on the state, such as springs [N m | N].
             smoothing: as in `friction_torque`.
+            degrees: q, qd and qdd are in degrees.
         """
         return torque_terms_of(self, q, qd, qdd, tip_wrench, other, smoothing)
 
-    def friction_regressor(self, qd: ArrayLike, *, smoothing: float = SMOOTHING) -> Floats:
+    @takes_degrees("qd")
+    def friction_regressor(self, qd: ArrayLike, *, smoothing: float = SMOOTHING, degrees: bool = False) -> Floats:
         """(*batch, n, 3 n): efforts per viscous coefficient (n), Coulomb effort (n, equal both ways), offset (n).
 
         They are those of the joints that own a coordinate; what resists joints that follow them is not among them.
 
         Args:
-            qd, smoothing: as in `friction_torque`.
+            qd, smoothing, degrees: as in `friction_torque`.
         """
         columns = friction_columns(as_batch("qd", qd, (self.n,)), smoothing)
         return np.concatenate([columns[..., k, None] * np.eye(self.n) for k in range(3)], axis=-1)
@@ -105,6 +110,7 @@ class Robot(CompiledRobot, Verbs):
             self, name, to, frame=frame, optional=optional, target=target, real=real, function=function
         )
 
+    @takes_degrees("q", "qd")
     def task_space(
         self,
         q: ArrayLike,
@@ -113,6 +119,7 @@ class Robot(CompiledRobot, Verbs):
         expressed_in: Literal["body", "space"] = "body",
         frame: str | None = None,
         rows: Sequence[int] = range(6),
+        degrees: bool = False,
     ) -> TaskSpace:
         """Dynamics in the tip's coordinates, F = Lambda dV + eta; singular states are marked and NaN.
 
@@ -121,6 +128,7 @@ class Robot(CompiledRobot, Verbs):
             expressed_in: whether twists and wrenches are those of the tip frame or of {s}.
             frame: link name; the tip frame if None.
             rows: which components of the twist (omega, v) count, such as (3, 4, 5) for the translation.
+            degrees: q and qd are in degrees.
 
         Raises:
             InputError: wrong shapes, NaN, an unknown frame or rows.

@@ -55,5 +55,6 @@ def signature_of(row: Quantity) -> Signature:
             *(Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in row.inputs),
             *(Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=None) for name in row.optional),
             *(Parameter(name, Parameter.KEYWORD_ONLY, default=None) for name in named),
+            Parameter("degrees", Parameter.KEYWORD_ONLY, default=False),
         ]
     )

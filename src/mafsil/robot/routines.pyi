@@ -21,6 +21,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Centre of mass of all that the joints carry.
 
@@ -28,6 +29,7 @@ class Routines:
             q: (*batch, n) joint coordinates [rad | m].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             p_sc (*batch, 3) [m], expressed in {s}.
@@ -44,6 +46,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Jacobian of the centre of mass: dp_sc/dt = J_com qd.
 
@@ -51,6 +54,7 @@ class Routines:
             q: (*batch, n) joint coordinates [rad | m].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             J_com (*batch, 3, n) [m | 1], expressed in {s}.
@@ -68,6 +72,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Centrifugal efforts: the sum of Gamma_ijj qd_j^2.
 
@@ -76,6 +81,7 @@ class Routines:
             qd: (*batch, n) joint rates [rad/s | m/s].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             c_centrifugal (*batch, n) [N m | N].
@@ -93,6 +99,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Coriolis efforts: the sum of 2 Gamma_ijk qd_j qd_k over j < k.
 
@@ -101,6 +108,7 @@ class Routines:
             qd: (*batch, n) joint rates [rad/s | m/s].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             c_Coriolis (*batch, n) [N m | N].
@@ -117,6 +125,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Centroidal momentum matrix: (k, l) = A qd, about the centre of mass of all that the joints carry.
 
@@ -124,6 +133,7 @@ class Routines:
             q: (*batch, n) joint coordinates [rad | m].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             A (*batch, 6, n) [kg m^2 | kg m, kg m | kg], expressed in the axes of {s}.
@@ -141,6 +151,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Momentum of the robot, angular first, about the centre of mass of all that the joints carry.
 
@@ -149,6 +160,7 @@ class Routines:
             qd: (*batch, n) joint rates [rad/s | m/s].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             (k, l) (*batch, 6) [N m s, N s], expressed in the axes of {s}.
@@ -167,6 +179,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Time derivative of the momentum about the centre of mass: the wrench that everything outside exerts.
 
@@ -176,6 +189,7 @@ class Routines:
             qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             d(k, l)/dt (*batch, 6) [N m, N], expressed in the axes of {s}.
@@ -193,6 +207,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Coriolis matrix of the Christoffel symbols: C qd = c, dM/dt - 2 C skew.
 
@@ -201,6 +216,7 @@ class Routines:
             qd: (*batch, n) joint rates [rad/s | m/s].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             C (*batch, n, n) [N m s | N s].
@@ -217,6 +233,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Christoffel symbols of the first kind: c_i = sum of Gamma_ijk qd_j qd_k.
 
@@ -224,6 +241,7 @@ class Routines:
             q: (*batch, n) joint coordinates [rad | m].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             Gamma (*batch, n, n, n) [kg m^2 | kg m | kg].
@@ -243,6 +261,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Derivatives of inverse dynamics, in closed form: [0] by q, [1] by qd, [2] by qdd, the mass matrix.
 
@@ -253,6 +272,7 @@ class Routines:
             tip_wrench: (*batch, 6) wrench (m, f) the tip exerts on the world, in the tip frame [N m, N]; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             dtau/d(q, qd, qdd) (*batch, 3, n, n) [N m | N per rad | m, and per s, s^2].
@@ -272,6 +292,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Derivatives of forward dynamics, in closed form: [0] by q, [1] by qd, [2] by tau, the inverse mass matrix.
 
@@ -282,6 +303,7 @@ class Routines:
             tip_wrench: (*batch, 6) wrench (m, f) the tip exerts on the world, in the tip frame [N m, N]; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             dqdd/d(q, qd, tau) (*batch, 3, n, n) [rad/s^2 | m/s^2 per rad | m, per their rates, per N m | N].
@@ -299,6 +321,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Kinetic energy of all links and armatures.
 
@@ -307,6 +330,7 @@ class Routines:
             qd: (*batch, n) joint rates [rad/s | m/s].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             K (*batch) [J].
@@ -323,6 +347,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Potential energy of all links in gravity; zero height at the origin of {s}.
 
@@ -330,6 +355,7 @@ class Routines:
             q: (*batch, n) joint coordinates [rad | m].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             P (*batch) [J].
@@ -349,6 +375,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Joint accelerations that efforts produce: M qdd = tau - c - g - J' F_tip.
 
@@ -359,6 +386,7 @@ class Routines:
             tip_wrench: (*batch, 6) wrench (m, f) the tip exerts on the world, in the tip frame [N m, N]; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             qdd (*batch, n) [rad/s^2 | m/s^2].
@@ -376,6 +404,7 @@ class Routines:
         frame: str | None = None,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Pose of the tip frame, or of a named link's frame, in the space frame {s}.
 
@@ -384,6 +413,7 @@ class Routines:
             frame: name of the link whose frame is meant; the tip frame if None.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             T_sf (*batch, 4, 4) [1, m], expressed in {s}.
@@ -400,6 +430,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Poses of all links in the space frame {s}, in the order of `mechanism.links`.
 
@@ -407,6 +438,7 @@ class Routines:
             q: (*batch, n) joint coordinates [rad | m].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             T_sl (*batch, L, 4, 4) [1, m], expressed in {s}.
@@ -428,6 +460,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Joint efforts that produce a motion: tau = M qdd + c + g + J' F_tip.
 
@@ -440,6 +473,7 @@ class Routines:
             base_acceleration: (*batch, 6) time derivative of the base's twist, without gravity; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             tau (*batch, n) [N m | N].
@@ -457,6 +491,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Centrifugal and Coriolis efforts c(q, qd).
 
@@ -465,6 +500,7 @@ class Routines:
             qd: (*batch, n) joint rates [rad/s | m/s].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             c (*batch, n) [N m | N].
@@ -481,6 +517,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Efforts g(q) that hold the robot still against gravity.
 
@@ -488,6 +525,7 @@ class Routines:
             q: (*batch, n) joint coordinates [rad | m].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             g (*batch, n) [N m | N].
@@ -505,6 +543,7 @@ class Routines:
         frame: str | None = None,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Space Jacobian: V_s = J_s qd, rows (omega, v).
 
@@ -513,6 +552,7 @@ class Routines:
             frame: name of the link whose frame is meant; the tip frame if None.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             J_s (*batch, 6, n) [1 | m], expressed in {s}.
@@ -530,6 +570,7 @@ class Routines:
         frame: str | None = None,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Body Jacobian: V_b = J_b qd, rows (omega, v).
 
@@ -538,6 +579,7 @@ class Routines:
             frame: name of the link whose frame is meant; the tip frame if None.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             J_b (*batch, 6, n) [1 | m], expressed in the frame itself.
@@ -556,6 +598,7 @@ class Routines:
         frame: str | None = None,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Time derivative of the space Jacobian: dV_s/dt = J_s qdd + dJ_s/dt qd.
 
@@ -565,6 +608,7 @@ class Routines:
             frame: name of the link whose frame is meant; the tip frame if None.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             dJ_s/dt (*batch, 6, n) [1/s | m/s], expressed in {s}.
@@ -583,6 +627,7 @@ class Routines:
         frame: str | None = None,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Time derivative of the body Jacobian: dV_b/dt = J_b qdd + dJ_b/dt qd.
 
@@ -592,6 +637,7 @@ class Routines:
             frame: name of the link whose frame is meant; the tip frame if None.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             dJ_b/dt (*batch, 6, n) [1/s | m/s], expressed in the frame itself.
@@ -610,6 +656,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Joint efforts of a motion from the energies, by Lagrange's equations: a second `inverse_dynamics`.
 
@@ -619,6 +666,7 @@ class Routines:
             qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             tau (*batch, n) [N m | N].
@@ -637,6 +685,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Body twists of all links, each in its own frame, in the order of `mechanism.links`.
 
@@ -646,6 +695,7 @@ class Routines:
             base_twist: (*batch, 6) twist of a carried base: of {s}, which moves with it, in {s}; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             V_l (*batch, L, 6) [rad/s, m/s], expressed in the links' frames.
@@ -666,6 +716,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Time derivatives of the body twists of all links, gravity given back, each in its own frame.
 
@@ -677,6 +728,7 @@ class Routines:
             base_acceleration: (*batch, 6) time derivative of the base's twist, without gravity; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             dV_l/dt (*batch, L, 6) [rad/s^2, m/s^2], expressed in the links' frames.
@@ -695,6 +747,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Twists of all links in frames at their centres of mass, parallel to {s} at zero coordinates.
 
@@ -704,6 +757,7 @@ class Routines:
             base_twist: (*batch, 6) twist of a carried base: of {s}, which moves with it, in {s}; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             V_i (*batch, L, 6) [rad/s, m/s], expressed in frames at the centres of mass.
@@ -724,6 +778,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Time derivatives of the twists at the centres of mass, gravity given back.
 
@@ -735,6 +790,7 @@ class Routines:
             base_acceleration: (*batch, 6) time derivative of the base's twist, without gravity; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             dV_i/dt (*batch, L, 6) [rad/s^2, m/s^2], expressed in frames at the centres of mass.
@@ -756,6 +812,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Wrenches that each link gets from the one before (the first from the ground), through any joint.
 
@@ -768,6 +825,7 @@ class Routines:
             base_acceleration: (*batch, 6) time derivative of the base's twist, without gravity; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             F_l (*batch, L, 6) [N m, N], expressed in the links' frames.
@@ -789,6 +847,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Wrenches as `link_wrenches`, at the centres of mass, in axes parallel to {s} at zero coordinates.
 
@@ -801,6 +860,7 @@ class Routines:
             base_acceleration: (*batch, 6) time derivative of the base's twist, without gravity; optional.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             F_i (*batch, L, 6) [N m, N], expressed in frames at the centres of mass.
@@ -817,6 +877,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Mass matrix, symmetric: kinetic energy qd' M qd / 2.
 
@@ -824,6 +885,7 @@ class Routines:
             q: (*batch, n) joint coordinates [rad | m].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             M (*batch, n, n) [kg m^2 | kg m | kg].
@@ -842,6 +904,7 @@ class Routines:
         *,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Efforts per inertial parameter of each link (m, h, Ixx, Iyy, Izz, Ixy, Ixz, Iyz), in the links' frames.
 
@@ -851,6 +914,7 @@ class Routines:
             qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             Y (*batch, n, L, 10) [m/s^2, 1/s^2 and so on].
@@ -870,6 +934,7 @@ class Routines:
         frame: str | None = None,
         out: Floats | None = None,
         threads: int | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Efforts per inertial parameter of a body fixed to the tip frame, or to a named link's frame.
 
@@ -880,6 +945,7 @@ class Routines:
             frame: name of the link whose frame is meant; the tip frame if None.
             out: array for the result.
             threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
 
         Returns:
             Y_f (*batch, n, 10) [m/s^2, 1/s^2 and so on], expressed in the frame itself.

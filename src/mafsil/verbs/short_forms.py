@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
+from mafsil.robot.degrees import takes_degrees
 
 if TYPE_CHECKING:
     import mafsil.control as control
@@ -56,9 +57,10 @@ def fk(self: Robot, q: ArrayLike, frame: str | None = None, *, degrees: bool = F
     """
     if frame is None and not degrees:
         return self.forward_kinematics(q)
-    return self.forward_kinematics(self.radians(q) if degrees else q, frame=frame)
+    return self.forward_kinematics(q, frame=frame, degrees=degrees)
 
 
+@takes_degrees("q0")
 def ik(
     self: Robot,
     T_sd: ArrayLike,
@@ -88,9 +90,8 @@ def ik(
         InputError: a wrong shape, no pose, an unknown task.
         ModelError: no such link, a robot with loops.
     """
-    start = self.radians(q0) if degrees and q0 is not None else q0
-    found = inverse.nearest_solution(self, T_sd, start, frame=frame, task=task)
-    return found.with_joints(self.degrees(found.nearest)) if degrees else found
+    answer = inverse.nearest_solution(self, T_sd, q0, frame=frame, task=task)
+    return answer.with_joints(self.degrees(answer.nearest)) if degrees else answer
 
 
 def ik_all(
@@ -100,6 +101,7 @@ def ik_all(
     frame: str | None = None,
     task: Task = "pose",
     q0: ArrayLike | None = None,
+    degrees: bool = False,
 ) -> SolutionSet | SolutionBatch:
     """All joint coordinates that bring the tip to a pose, with branches, families and reasons: `inverse_kinematics`.
 
@@ -108,12 +110,13 @@ def ik_all(
         frame: name of a link; the tip if None.
         task: what counts: `pose`, `position`, or `axis`: position and direction of the frame's z axis.
         q0: (n,) where joints stay that the pose leaves free [rad | m]; the middle of their limits if None.
+        degrees: the angles in q0 and in the answer's solutions are in degrees; its sentences and limits stay SI.
 
     Raises:
         InputError: a wrong shape, no pose, an unknown task.
         ModelError: no such link, a robot with loops.
     """
-    return inverse.inverse_kinematics(self, T_sd, frame=frame, task=task, q0=q0)
+    return inverse.inverse_kinematics(self, T_sd, frame=frame, task=task, q0=q0, degrees=degrees)
 
 
 def jacobian(
@@ -140,18 +143,18 @@ def jacobian(
         InputError: a wrong shape, NaN or infinity, another `expressed_in`.
         ModelError: no such link.
     """
-    at = self.radians(q) if degrees else q
     if expressed_in == "space":
-        return self.jacobian_space(at, frame=frame)
+        return self.jacobian_space(q, frame=frame, degrees=degrees)
     if expressed_in not in ("body", "aligned"):
         raise InputError("input.choice", name="expressed_in", value=expressed_in, known="body, space, aligned")
-    J_b = self.jacobian_body(at, frame=frame)
+    J_b = self.jacobian_body(q, frame=frame, degrees=degrees)
     if expressed_in == "body":
         return J_b
-    R = self.forward_kinematics(at, frame=frame)[..., :3, :3]
+    R = self.forward_kinematics(q, frame=frame, degrees=degrees)[..., :3, :3]
     return np.concatenate([R @ J_b[..., :3, :], R @ J_b[..., 3:, :]], axis=-2)
 
 
+@takes_degrees("q")
 def simulate(
     self: Robot,
     trajectory: Trajectory,
@@ -160,6 +163,7 @@ def simulate(
     q: ArrayLike | None = None,
     duration: float | None = None,
     step: float = 1e-3,
+    degrees: bool = False,
 ) -> Recording:
     """Closed-loop motion of the robot along a trajectory; pushes, noise and variants are of `mafsil.Scenario`.
 
@@ -169,6 +173,7 @@ def simulate(
         q: (*batch, n) initial coordinates [rad | m]; the start of the trajectory if None.
         duration: of the run [s]; that of the trajectory if None.
         step: of the integration and of the law [s].
+        degrees: the angles in q are in degrees; trajectory and recording hold radians.
 
     Raises:
         InputError: a wrong shape, numbers that are not finite or not positive, a trajectory of another width.
@@ -226,6 +231,7 @@ def _derive_ik(robot: Robot) -> Derivation:
     return derivation.derive_ik(robot.mechanism, None if form is None else form.pattern, solutions)
 
 
+@takes_degrees("q")
 def plot(
     self: Robot, q: ArrayLike | None = None, path: str | PathLike[str] | None = None, *, degrees: bool = False
 ) -> Any:
@@ -242,7 +248,6 @@ def plot(
     Raises:
         InputError: a wrong shape, NaN or infinity, Matplotlib is not installed.
     """
-    at = self.radians(q) if degrees and q is not None else q
     if path is None:
-        return mechanism_figures.draw_mechanism(self.mechanism, at)
-    return mechanism_figures.plot_mechanism(self, path, at)
+        return mechanism_figures.draw_mechanism(self.mechanism, q)
+    return mechanism_figures.plot_mechanism(self, path, q)

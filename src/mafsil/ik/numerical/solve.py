@@ -23,7 +23,7 @@ from mafsil.ik.status import CODES, IKStatus
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
-from mafsil.robot.degrees import remark_on_degrees
+from mafsil.robot.degrees import radians_per_unit, remark_on_degrees, takes_degrees
 
 if TYPE_CHECKING:
     import mafsil.geometry.membership as membership
@@ -48,6 +48,7 @@ class RenamedArgument(MafsilWarning, DeprecationWarning):
     """An argument is given under the name that it had before."""
 
 
+@takes_degrees("q0", "q_preferred")
 def solve_ik(
     robot: RobotLike,
     T_sd: ArrayLike,
@@ -66,6 +67,7 @@ def solve_ik(
     seconds: float | None = None,
     limits: bool = True,
     seed: int = 0,
+    degrees: bool = False,
 ) -> IKResult:
     """Joint vectors that bring a frame to desired poses.
 
@@ -106,6 +108,7 @@ def solve_ik(
         limits: whether the joints' position limits hold.
         seed: random seed of the sampled starts; equal seeds give equal results. An array is taken as `q0`, with a
             warning: so it was called.
+        degrees: the angles in q0 and q_preferred, and in the answer's q, are in degrees.
 
     Returns:
         Solutions with a status for each pose. Rows of a batch that are no poses are marked and hold NaN.
@@ -115,6 +118,13 @@ def solve_ik(
 
     Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
     """
+    if degrees:
+        answer = solve_ik(
+            robot, T_sd, q0, frame=frame, task=task, axis=axis, weights=weights, expressed_in=expressed_in,
+            tolerance=tolerance, rotation_tolerance=rotation_tolerance, q_preferred=q_preferred,
+            preferred_weights=preferred_weights, restarts=restarts, seconds=seconds, limits=limits, seed=seed,
+        )  # fmt: skip
+        return answer.with_joints(answer.nearest / radians_per_unit(as_robot(robot).mechanism))
     # 1.
     if q0 is None and (guess := _array_seed(seed)) is not None:
         q0, seed = guess, 0

@@ -18,8 +18,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-from mafsil.code_store import FileStore, code_folder, compilation
-from mafsil.code_store import Kind as StoreKind
+from mafsil.code_store import FileStore, StoreKind, code_folder, compilation
 from mafsil.kernels import elf, identity, runtime, system, target
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy

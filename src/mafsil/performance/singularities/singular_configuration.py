@@ -36,6 +36,7 @@ from mafsil.performance.velocity.scaling import (
 )
 from mafsil.performance.velocity.tasks import Task, task_rows
 from mafsil.robot import Robot, of_robot
+from mafsil.robot.degrees import takes_degrees
 from mafsil.solvers import decompositions
 
 
@@ -349,6 +350,7 @@ def _cause_line(cause: SingularityCause, language: str | None) -> str:
 
 
 @of_robot
+@takes_degrees("q")
 def singularity(
     robot: Robot,
     q: ArrayLike,
@@ -356,6 +358,7 @@ def singularity(
     task: Task | None = None,
     length: float | None = None,
     tolerance: float = TOLERANCE,
+    degrees: bool = False,
 ) -> Singularity:
     """Look closely at one configuration: `singularity(robot, q).explain()`.
 
@@ -365,6 +368,7 @@ def singularity(
         task: rows that count; the arm's `default_task` if None.
         length: [m] that divides translations; the arm's characteristic length if None.
         tolerance: singular values below this share of the largest count as zero.
+        degrees: the angles in q are in degrees.
 
     Raises:
         InputError: a batch (use `is_singular`), or q of a wrong shape.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from mafsil.code_store import FileStore, Kind, code_folder
+from mafsil.code_store import FileStore, StoreKind, code_folder
 from mafsil.errors import InputError
 from mafsil.kernels import cache as kernel_cache
 from mafsil.kernels.argument import HUGE_VALUE
@@ -22,7 +22,7 @@ from mafsil.kernels.layout import Port, Signature
 from mafsil.kernels.lower import point
 from mafsil.kernels.target import Target, translate
 
-BUNDLE = Kind(b"mafsilW\0", ".bundle")
+BUNDLE = StoreKind(b"mafsilW\0", ".bundle")
 """A module and its ports."""
 STACK = 1 << 18
 """Bytes of stack below everything else: a kernel that needed more would trap, not overwrite anything."""

@@ -68,7 +68,7 @@ class PlanarArm:
         return Problem(np.full(n, -np.pi), np.full(n, np.pi), self.free, resolution=resolution)
 
 
-def configuration_space(
+def configuration_space_obstacles(
     arm: PlanarArm | Checker, cells: int = 100, *, joints: Iterable[str] | None = None, at: ArrayLike | None = None
 ) -> tuple[tuple[Floats, ...], NDArray[np.bool_]]:
     """Axes of the grid, and for each obstacle whether the middle of each cell is forbidden by it.

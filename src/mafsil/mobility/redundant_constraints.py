@@ -123,7 +123,7 @@ def loop_groups(linkage: Linkage, screws: Floats) -> tuple[tuple[tuple[str, ...]
 
 
 @on_linkage
-def redundancy(linkage: Linkage, theta: ArrayLike | None = None) -> RedundantConstraints:
+def redundant_constraints(linkage: Linkage, theta: ArrayLike | None = None) -> RedundantConstraints:
     """Redundant constraints at a configuration, and why they are.
 
     Left null vectors of the loop matrix are states of stress without load. Each loop whose joints generate a group of
