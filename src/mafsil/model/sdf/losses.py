@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.model.inertia_check import STAND_IN
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.losses import Loss, Weight, friction_loss, joints_that, names_of
+from mafsil.model.losses import Loss, Weight, curve_loss, friction_loss, joints_that, names_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import inverse
 from mafsil.model.reading import LONGEST_NAME, is_writable
@@ -41,6 +41,7 @@ def losses_of(
         lacking: links whose inertia no body has, with what it lacks.
     """
     yield from _refused(mechanism)
+    yield from curve_loss(mechanism, "SDFormat")
     yield from friction_loss(mechanism, "SDFormat")
     if gross := [name for name, lack in lacking.items() if lack > PRINTED]:
         yield Loss("writing.inertia_sdf", Weight.CHOSEN, "inertia", {"names": names_of(gross)})
