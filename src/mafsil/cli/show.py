@@ -98,7 +98,8 @@ def _joints(mechanism: Mechanism, degrees: bool) -> list[str]:
 
 def _remark(joint: Joint) -> str:
     if joint.mimic is not None:
-        return f" = {joint.mimic.multiplier:g}·{joint.mimic.leader}{joint.mimic.offset:+g}"
+        higher = "".join(f"{c:+g}·{joint.mimic.leader}^{k}" for k, c in enumerate(joint.mimic.higher, 2) if c)
+        return f" = {joint.mimic.multiplier:g}·{joint.mimic.leader}{joint.mimic.offset:+g}{higher}"
     return "" if joint.actuated else " " + say("cli.passive")
 
 

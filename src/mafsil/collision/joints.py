@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, Truth
 from mafsil.model import Mechanism
+from mafsil.model.joint import require_lines
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,7 +75,12 @@ def _limbs(joints: Joints, moves_tip: Truth) -> NDArray[np.int64]:
 
 
 def joints_of(mechanism: Mechanism) -> Joints:
-    """The moving joints of an arm."""
+    """The moving joints of an arm.
+
+    Raises:
+        ModelError: one follows another along a curve.
+    """
+    require_lines(mechanism.joints)
     columns = {joint.name: i for i, joint in enumerate(mechanism.coordinates)}
     kept = [k for k, joint in enumerate(mechanism.joints) if joint.moves]
     above = np.zeros((len(mechanism.links), len(mechanism.joints)), bool)

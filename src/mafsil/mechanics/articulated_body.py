@@ -74,7 +74,8 @@ def articulated_body(
     Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 7.3; here with the accelerations of points fixed in
     the bodies, as in `inverse_dynamics`.
     """
-    steps, rates, efforts = placements(tree, q), joint_values(tree, qd), joint_values(tree, tau)
+    steps = placements(tree, q)
+    rates, efforts = joint_values(tree, steps, qd), joint_values(tree, steps, tau)
     omega = _angular_velocities(tree, steps, rates)
     drift = [_drift(tree, steps, omega, rates, i) for i in range(len(tree.bodies))]
     inertias, bias = _own(tree, omega)

@@ -87,9 +87,10 @@ def forward_derivatives(
 
     Reference: as the module.
     """
-    sweep = _Sweep(tree, placements(tree, q), joint_values(tree, qd))
+    steps = placements(tree, q)
+    sweep = _Sweep(tree, steps, joint_values(tree, steps, qd))
     sweep.outward_rates()
-    sweep.inward(joint_values(tree, tau), F_tip)
+    sweep.inward(joint_values(tree, steps, tau), F_tip)
     sweep.outward_accelerations()
     columns = _Columns(tree, sweep)
     for j, _ in tree.moving:

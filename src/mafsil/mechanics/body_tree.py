@@ -54,14 +54,14 @@ class Body:
     """A moving body and the joint that carries it.
 
     The pose of {i} in its parent's frame is (R, p) followed by the joint's screw along z by
-    multiplier * q[coordinate] + offset.
+    multiplier * x + offset + higher[0] * x^2 + ..., x = q[coordinate].
 
     Attributes:
         joint: name of the joint.
         parent: index of the parent body; 0 is the fixed base.
         R, p: (3, 3), (3,) pose of the joint frame in the parent's frame.
         kind, pitch: how it moves along or about its z axis.
-        coordinate, multiplier, offset: which joint coordinate moves it, and how.
+        coordinate, multiplier, offset, higher: which joint coordinate moves it, and how.
         inertia: in {i}.
         armature: additional inertia seen by the joint [kg m^2 | kg].
     """
@@ -77,6 +77,7 @@ class Body:
     offset: float
     inertia: RigidInertia
     armature: float
+    higher: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -231,6 +232,7 @@ def _body(joint: Joint, place: Attachment, turn: Floats, inertia: RigidInertia, 
         offset=0.0 if joint.mimic is None else joint.mimic.offset,
         inertia=inertia,
         armature=0.0 if joint.actuator is None else joint.actuator.reflected_inertia,
+        higher=() if joint.mimic is None else joint.mimic.higher,
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.model import Friction, Mechanism
+from mafsil.model.joint import require_lines
 
 SMOOTHING = 1e-3
 """Rate [rad/s | m/s] within which Coulomb friction changes its sign."""
@@ -45,7 +46,12 @@ class FrictionLaw:
 
 
 def friction_law(mechanism: Mechanism) -> FrictionLaw:
-    """The friction of all joints of a mechanism that have any, those that follow others included."""
+    """The friction of all joints of a mechanism that have any, those that follow others included.
+
+    Raises:
+        ModelError: one of them follows another along a curve.
+    """
+    require_lines(joint for joint in mechanism.joints if joint.friction is not None)
     place = {joint.name: k for k, joint in enumerate(mechanism.coordinates)}
     rows, gains = list[tuple[float, ...]](), list[Floats]()
     for joint in mechanism.joints:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, frozen
 from mafsil.mechanics.tolerances import DEPENDENT
 from mafsil.model import Inertial, Mechanism
+from mafsil.model.joint import require_lines
 
 LABELS = ("m", "hx", "hy", "hz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 """Mass, first moment, inertia about the origin of the frame; products with the minus sign inside."""
@@ -78,7 +79,12 @@ def inertial_parameters(mechanism: Mechanism) -> Floats:
 
 
 def reflected_inertias(mechanism: Mechanism) -> Floats:
-    """(n,) inertia [kg m^2 | kg] that rotors add to the diagonal of the mass matrix, through the square of the gear."""
+    """(n,) inertia [kg m^2 | kg] that rotors add to the diagonal of the mass matrix, through the square of the gear.
+
+    Raises:
+        ModelError: a joint with a rotor follows another along a curve.
+    """
+    require_lines(joint for joint in mechanism.joints if joint.actuator and joint.actuator.reflected_inertia)
     place = {joint.name: k for k, joint in enumerate(mechanism.coordinates)}
     reflected = np.zeros(mechanism.n)
     for joint in mechanism.joints:

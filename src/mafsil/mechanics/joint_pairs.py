@@ -21,28 +21,35 @@ import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_motion import CompositeMotion, Motion
 from mafsil.mechanics.ground_frame import Screw, along, twist_at_ground, wrench_at_ground
-from mafsil.mechanics.placement import Expression, Placement, world_placements
+from mafsil.mechanics.placement import Expression, Factor, Placement, times, world_placements
 from mafsil.mechanics.wrench import Wrench
 
 
 class JointMatrix:
-    """(n, n) by coordinates, filled by pairs of joints: followers of one coordinate add up."""
+    """A matrix of pairs of joints; by coordinates (n, n), followers of one coordinate add up."""
 
-    def __init__(self, tree: BodyTree) -> None:
+    def __init__(self, tree: BodyTree, steps: Sequence[Placement]) -> None:
         self.tree = tree
-        self.entries: dict[tuple[int, int], Expression] = {}
+        self.rates = [step.slopes[0] for step in steps]
+        self.pairs: dict[tuple[int, int], Expression] = {}
 
     def add(self, i: int, j: int, value: Expression) -> None:
         """Row of joint i, column of joint j."""
-        a, b = self.tree.bodies[i], self.tree.bodies[j]
-        key, factor = (a.coordinate, b.coordinate), a.multiplier * b.multiplier
-        scaled = value if factor == 1.0 else factor * value
-        self.entries[key] = self.entries[key] + scaled if key in self.entries else scaled
+        self.pairs[i, j] = value
 
-    def full(self) -> Expression:
-        """The matrix, zero where no pair has an entry."""
+    def full(self, columns: Sequence[Factor] | None = None) -> Expression:
+        """(n, n) by coordinates, zero where no pair has an entry.
+
+        Args:
+            columns: factor of every joint's column, base first; its rate per rate of its coordinate if None.
+        """
         n, zero = self.tree.n, ex.Expression(0)
-        return ex.vertcat(*(ex.horzcat(*(self.entries.get((i, j), zero) for j in range(n))) for i in range(n)))
+        entries: dict[tuple[int, int], Expression] = {}
+        for (i, j), value in self.pairs.items():
+            key = self.tree.bodies[i].coordinate, self.tree.bodies[j].coordinate
+            scaled = times(self.rates[i] * (self.rates if columns is None else columns)[j], value)
+            entries[key] = entries[key] + scaled if key in entries else scaled
+        return ex.vertcat(*(ex.horzcat(*(entries.get((i, j), zero) for j in range(n))) for i in range(n)))
 
 
 class JointPairs(ABC):
@@ -62,14 +69,35 @@ class JointPairs(ABC):
         self.steps = steps
         self.motion = motion
         self.composite = composite
-        self.by_q, self.by_qd, self.M = JointMatrix(tree), JointMatrix(tree), JointMatrix(tree)
+        self.by_q, self.by_qd, self.M = (JointMatrix(tree, steps) for _ in range(3))
 
-    def matrices(self) -> tuple[Expression, Expression, Expression]:
-        """(n, n) each: d tau/dq, d tau/dqd, M."""
+    def matrices(self, qd: Expression, qdd: Expression) -> tuple[Expression, Expression, Expression]:
+        """(n, n) each: d tau/dq, d tau/dqd, M; rates and accelerations (n,) of the coordinates."""
         for i, _ in self.tree.moving:
             self.own(i)
             self.before(i)
-        return self.by_q.full(), self.by_qd.full(), self.M.full()
+        by_q, by_qd, M = self.by_q.full(), self.by_qd.full(), self.M.full()
+        if any(body.higher for _, body in self.tree.moving):
+            more_by_q, more_by_qd = self._bent(qd, qdd)
+            return by_q + more_by_q, by_qd + more_by_qd, M
+        return by_q, by_qd, M
+
+    def _bent(self, qd: Expression, qdd: Expression) -> tuple[Expression, Expression]:
+        """(n, n) each: what d tau/dq and d tau/dqd have from joints that follow along a curve p(x).
+
+        Their rates p' xd and accelerations p' xdd + p'' xd^2 change with x and xd, and so does p' before their efforts.
+        """
+        zero = ex.Expression(0)
+        rates, gains, drag, own = [zero], [zero], [zero], ex.zeros(self.tree.n, self.tree.n)
+        for i, body in self.tree.moving:
+            k, (first, second, third) = body.coordinate, self.steps[i].slopes
+            rates.append(second * qd[k])
+            gains.append(second * qdd[k] + third * qd[k] ** 2)
+            drag.append(2 * second * qd[k])
+            effort = Wrench(self.composite[i].moment, self.composite[i].force).along(self.steps[i])
+            rotor = body.armature * (first * qdd[k] + second * qd[k] ** 2)
+            own[k, k] = own[k, k] + second * (effort + rotor)
+        return own + self.by_qd.full(rates) + self.M.full(gains), self.M.full(drag)
 
     def own(self, i: int) -> None:
         """Entries of joint i with itself, in its own frame."""

@@ -261,7 +261,7 @@ def relative_screws(
 
     def add(i: int, sign: float, z: Expression, moment: Expression) -> None:
         own = tree.bodies[i]
-        columns[own.coordinate] = columns[own.coordinate] + sign * own.multiplier * joint_screw(own, z, moment)
+        columns[own.coordinate] = columns[own.coordinate] + sign * steps[i].slopes[0] * joint_screw(own, z, moment)
 
     # 1.
     R, p = constant(frame.R), constant(frame.p)

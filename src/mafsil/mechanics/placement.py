@@ -14,9 +14,12 @@ from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, Body, BodyTree
 from mafsil.mechanics.tolerances import TYPED
 from mafsil.model import JointKind
+from mafsil.model.joint import differentiated, polynomial
 
 Expression: TypeAlias = ex.Expression
 """A scalar, column vector or matrix."""
+Factor: TypeAlias = ex.Expression | float
+"""A scalar that is a number wherever no joint follows another along a curve."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +33,7 @@ class Placement:
         cosine, sine: of the joint angle; 1 and 0 for a prismatic joint.
         offset: (3,) origin of {i} in {p} [m].
         omega, v: angular and linear part of the joint's screw along z.
+        slopes: first to third derivative of the joint's own value by the coordinate that moves it.
     """
 
     R: Expression
@@ -38,6 +42,7 @@ class Placement:
     offset: Expression
     omega: float
     v: float
+    slopes: tuple[Factor, Factor, Factor] = (1.0, 0.0, 0.0)
 
     def to_child(self, x: Expression) -> Expression:
         """A vector given in {p}, in {i}."""
@@ -67,16 +72,45 @@ def placements(tree: BodyTree, q: Expression) -> list[Placement]:
     return [_placement(tree.bodies[0], ex.zeros(1)), *(_placement(body, q[body.coordinate]) for _, body in tree.moving)]
 
 
-def joint_values(tree: BodyTree, x: Expression) -> list[Expression]:
-    """Rates or accelerations of the joints (base first) from those of the coordinates (n,)."""
-    return [ex.zeros(1), *(_times(body.multiplier, x[body.coordinate]) for _, body in tree.moving)]
+def joint_values(tree: BodyTree, steps: Sequence[Placement], x: Expression) -> list[Expression]:
+    """Rates of the joints (base first) from those of the coordinates.
+
+    Args:
+        tree: the bodies.
+        steps: their placements.
+        x: (n,) rates of the coordinates.
+    """
+    return [ex.zeros(1), *(times(steps[i].slopes[0], x[body.coordinate]) for i, body in tree.moving)]
 
 
-def coordinate_efforts(tree: BodyTree, efforts: Sequence[Expression]) -> Expression:
-    """(n,) efforts of the coordinates from those of the joints (base first): the dual of `joint_values`."""
+def joint_accelerations(
+    tree: BodyTree, steps: Sequence[Placement], qd: Expression, qdd: Expression
+) -> list[Expression]:
+    """Accelerations of the joints (base first): p'(x) xdd + p''(x) xd^2 of a joint at p(x).
+
+    Args:
+        tree: the bodies.
+        steps: their placements.
+        qd, qdd: (n,) rates and accelerations of the coordinates.
+    """
+    values = joint_values(tree, steps, qdd)
+    for i, body in tree.moving:
+        if body.higher:
+            values[i] = values[i] + steps[i].slopes[1] * qd[body.coordinate] ** 2
+    return values
+
+
+def coordinate_efforts(tree: BodyTree, steps: Sequence[Placement], efforts: Sequence[Expression]) -> Expression:
+    """(n,) efforts of the coordinates from those of the joints: the dual of `joint_values`.
+
+    Args:
+        tree: the bodies.
+        steps: their placements.
+        efforts: of the joints, base first.
+    """
     total: list[Expression] = [ex.Expression(0)] * tree.n
     for i, body in tree.moving:
-        total[body.coordinate] = total[body.coordinate] + _times(body.multiplier, efforts[i])
+        total[body.coordinate] = total[body.coordinate] + times(steps[i].slopes[0], efforts[i])
     return ex.vertcat(*total)
 
 
@@ -136,19 +170,20 @@ def constant(values: Floats) -> Expression:
 
 
 def _placement(body: Body, q: Expression) -> Placement:
-    x = _times(body.multiplier, q)
+    x, slopes = _followed(body, q)
     along_z = constant(body.R[:, 2])
     origin = ex.Expression(body.p)
     match body.kind:
         case JointKind.PRISMATIC:
-            return Placement(constant(body.R), ex.ones(1), ex.zeros(1), origin + along_z * (x + body.offset), 0.0, 1.0)
+            along = origin + along_z * (x + body.offset)
+            return Placement(constant(body.R), ex.ones(1), ex.zeros(1), along, 0.0, 1.0, slopes)
         case JointKind.HELICAL:
             cosine, sine = _cosine_sine(x, body.offset)
             advance = along_z * (body.pitch * (x + body.offset))
-            return Placement(constant(body.R), cosine, sine, origin + advance, 1.0, body.pitch)
+            return Placement(constant(body.R), cosine, sine, origin + advance, 1.0, body.pitch, slopes)
         case _:
             cosine, sine = _cosine_sine(x, body.offset)
-            return Placement(constant(body.R), cosine, sine, origin, 1.0, 0.0)
+            return Placement(constant(body.R), cosine, sine, origin, 1.0, 0.0, slopes)
 
 
 def _cosine_sine(x: Expression, offset: float) -> tuple[Expression, Expression]:
@@ -160,5 +195,15 @@ def _cosine_sine(x: Expression, offset: float) -> tuple[Expression, Expression]:
     return [(cosine, sine), (-sine, cosine), (-cosine, -sine), (sine, -cosine)][quarters % 4]
 
 
-def _times(multiplier: float, x: Expression) -> Expression:
-    return x if multiplier == 1.0 else multiplier * x
+def _followed(body: Body, q: Expression) -> tuple[Expression, tuple[Factor, Factor, Factor]]:
+    """The value of a body's joint less its offset, and its first three derivatives by the coordinate q."""
+    if not body.higher:
+        return times(body.multiplier, q), (body.multiplier, 0.0, 0.0)
+    curve = (0.0, body.multiplier, *body.higher)
+    value, *slopes = (ex.Expression(0) + polynomial(differentiated(curve, order), q) for order in range(4))
+    return value, (slopes[0], slopes[1], slopes[2])
+
+
+def times(factor: Factor, x: Expression) -> Expression:
+    """The product, or x itself where the factor is one."""
+    return x if isinstance(factor, float) and factor == 1.0 else factor * x

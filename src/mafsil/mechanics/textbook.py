@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.model import Inertial, JointKind, Mechanism
+from mafsil.model.joint import differentiated, polynomial
 
 Numbers: TypeAlias = NDArray[Any]
 """Real or complex numbers."""
@@ -48,8 +49,10 @@ class Textbook:
 
     Attributes:
         mechanism: open chain or tree.
-        share: (joints, n) rate of each joint per coordinate rate; rows of mimic joints hold their multiplier.
+        share: (joints, n) rate of each joint per coordinate rate; rows of mimic joints hold their multiplier. That of a
+            joint that follows along a curve changes with q (`shares`): NaN here.
         offset: (joints,) of mimic joints.
+        curves: number of a joint that follows along a curve, number of the coordinate, coefficients.
         carries: (L, joints) one where a joint lies between base and link.
         G: (L, 6, 6) inertias in the links' frames.
         armature: (joints,) inertia of the motors, seen at the joint.
@@ -57,7 +60,7 @@ class Textbook:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self.share, self.offset = _couplings(mechanism)
+        self.share, self.offset, self.curves = _couplings(mechanism)
         self.carries = _carry(mechanism)
         self.G = np.array([spatial_inertia(link.inertial) for link in mechanism.links])
         motors = [joint.actuator for joint in mechanism.joints]
@@ -71,9 +74,31 @@ class Textbook:
             names.index(frame), np.eye(4)
         )  # fmt: skip
 
+    def shares(self, q: Numbers, order: int = 1) -> Numbers:
+        """(b, joints, n) derivatives of the joints by the coordinates: the first, or a higher one, of curves."""
+        lines = np.nan_to_num(self.share) if order == 1 else np.zeros_like(self.share)
+        found = np.tile(lines.astype(q.dtype), (len(q), 1, 1))
+        for joint, k, curve in self.curves:
+            found[:, joint, k] = polynomial(differentiated(curve, order), q[:, k])
+        return found
+
+    def rates(self, q: Numbers, qd: Numbers) -> Numbers:
+        """(b, joints) rates of the joints."""
+        return np.einsum("bkn,bn->bk", self.shares(q), qd)
+
+    def gains(self, q: Numbers, qd: Numbers, qdd: Numbers) -> Numbers:
+        """(b, joints) accelerations of the joints."""
+        return np.einsum("bkn,bn->bk", self.shares(q), qdd) + np.einsum("bkn,bn->bk", self.shares(q, 2), qd**2)
+
+    def rotors(self, q: Numbers, qd: Numbers, qdd: Numbers) -> Numbers:
+        """(b, n) efforts that accelerate the motors."""
+        return np.einsum("bkn,bk->bn", self.shares(q), self.gains(q, qd, qdd) * self.armature)
+
     def poses(self, q: Numbers) -> Numbers:
         """(b, L, 4, 4) poses of all links in {s}."""
-        theta = q @ self.share.T + self.offset
+        theta = q @ np.nan_to_num(self.share).T + self.offset
+        for joint, k, curve in self.curves:
+            theta[:, joint] = polynomial(curve, q[:, k])
         found = [np.broadcast_to(np.asarray(self.mechanism.T_sb), (len(q), 4, 4)).astype(q.dtype)]
         for k, (joint, parent) in enumerate(zip(self.mechanism.joints, self.mechanism.parents, strict=True)):
             step = np.asarray(joint.T_pj) @ _screw_motion(joint.kind, np.asarray(joint.axis), joint.pitch, theta[:, k])
@@ -106,12 +131,13 @@ class Textbook:
         """
         J = self.link_jacobians(q)
         links = np.einsum("blin,lij,bljm->bnm", J, self.G, J, optimize=True)
-        return links + self.share.T @ (self.armature[:, None] * self.share)
+        share = self.shares(q)
+        return links + np.einsum("bkn,k,bkm->bnm", share, self.armature, share)
 
     def kinetic_energy(self, q: Numbers, qd: Numbers) -> Numbers:
         """(b,) sum of V' G V / 2 over the links, and of the rotors."""
         V = np.einsum("blin,bn->bli", self.link_jacobians(q), qd)
-        rotors = (qd @ self.share.T) ** 2 @ self.armature
+        rotors = self.rates(q, qd) ** 2 @ self.armature
         return np.einsum("bli,lij,blj->b", V, self.G, V) / 2 + rotors / 2
 
     def potential_energy(self, q: Numbers) -> Numbers:
@@ -172,8 +198,7 @@ class Textbook:
         J, T = self.link_jacobians(q), self.poses(q)
         V = np.einsum("blin,bn->bli", J, qd)
         W = self._needed(V, self.accelerations(q, qd, qdd), T, self.mechanism.gravity * weight)
-        rotors = (qdd @ self.share.T * self.armature) @ self.share
-        tau = np.einsum("blin,bli->bn", J, W) + rotors
+        tau = np.einsum("blin,bli->bn", J, W) + self.rotors(q, qd, qdd)
         return tau if tip_wrench is None else tau + np.einsum("bin,bi->bn", self.jacobian_body(q), tip_wrench)
 
     def newton_euler(
@@ -194,15 +219,16 @@ class Textbook:
         """
         T = self.poses(q)
         X = self._to_children(T)
-        V, dV = self._outward(X, qd @ self.share.T, qdd @ self.share.T, T, base_twist, base_acceleration)
+        gains = self.gains(q, qd, qdd)
+        V, dV = self._outward(X, self.rates(q, qd), gains, T, base_twist, base_acceleration)
         F = self._needed(V, dV, T, self.mechanism.gravity)
         if tip_wrench is not None:
             link, T_lt = self.place(None)
             F[:, link] += tip_wrench @ adjoint(inverse(T_lt))
         for k, parent in reversed(list(enumerate(self.mechanism.parents))):
             F[:, parent] += np.einsum("bji,bj->bi", X[k], F[:, k + 1])
-        efforts = np.einsum("ki,bki->bk", self.screws, F[:, 1:]) + qdd @ self.share.T * self.armature
-        return Motion(V, dV, F, efforts @ self.share)
+        efforts = np.einsum("ki,bki->bk", self.screws, F[:, 1:]) + gains * self.armature
+        return Motion(V, dV, F, np.einsum("bk,bkn->bn", efforts, self.shares(q)))
 
     def accelerations_of(self, q: Numbers, qd: Numbers, tau: Numbers, tip_wrench: Numbers | None = None) -> Numbers:
         """(b, n) joint accelerations: M qdd = tau - tau(q, qd, 0), solved."""
@@ -214,7 +240,7 @@ class Textbook:
         if not len(self.screws):
             return np.zeros((*T.shape[:2], 6, q.shape[1]), dtype=q.dtype)
         S = np.einsum("bkij,kj->bki", adjoint(T[:, 1:]), self.screws)
-        return np.einsum("bki,lk,kn->blin", S, self.carries, self.share, optimize=True)
+        return np.einsum("bki,lk,bkn->blin", S, self.carries, self.shares(q), optimize=True)
 
     def _to_children(self, T: Numbers) -> list[Numbers]:
         """Ad(T_cp) (b, 6, 6) of every joint's child c and parent p."""
@@ -306,15 +332,19 @@ def repeated(x: Numbers, count: int) -> Numbers:
     return np.repeat(x, count // len(x), axis=0)
 
 
-def _couplings(mechanism: Mechanism) -> tuple[Floats, Floats]:
-    names = mechanism.joint_names
+def _couplings(mechanism: Mechanism) -> tuple[Floats, Floats, list[tuple[int, int, tuple[float, ...]]]]:
+    names, curves = mechanism.joint_names, list[tuple[int, int, tuple[float, ...]]]()
     share, offset = np.zeros((len(mechanism.joints), len(names))), np.zeros(len(mechanism.joints))
     for k, joint in enumerate(mechanism.joints):
         if joint.moves and joint.mimic is None:
             share[k, names.index(joint.name)] = 1.0
         elif joint.mimic is not None:
-            share[k, names.index(joint.mimic.leader)], offset[k] = joint.mimic.multiplier, joint.mimic.offset
-    return share, offset
+            leader = names.index(joint.mimic.leader)
+            share[k, leader], offset[k] = joint.mimic.multiplier, joint.mimic.offset
+            if joint.mimic.higher:
+                share[k, leader] = np.nan
+                curves.append((k, leader, joint.mimic.curve()))
+    return share, offset, curves
 
 
 def _carry(mechanism: Mechanism) -> Floats:

@@ -16,6 +16,7 @@ import numpy as np
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats
+from mafsil.errors import ModelError
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.placement import Expression, placements, world_placements
 from mafsil.model import JointKind
@@ -48,7 +49,11 @@ class TwistChain:
 
     @staticmethod
     def of(tree: BodyTree) -> TwistChain:
-        """The chain of a body tree with its true inertias (`lumped`)."""
+        """The chain of a body tree with its true inertias (`lumped`).
+
+        Raises:
+            ModelError: a joint follows another along a curve.
+        """
         poses = body_com_frames(tree)
         screws: list[Floats] = []
         homes: list[Floats] = []
@@ -64,6 +69,8 @@ class TwistChain:
             parents.append(body.parent - 1)
         coupling = np.zeros((len(parents), tree.n))
         for i, body in tree.moving:
+            if body.higher:
+                raise ModelError("model.curved", joint=body.joint, leader=tree.coordinates[body.coordinate])
             coupling[i - 1, body.coordinate] = body.multiplier
         tip = np.eye(4)
         tip[:3, :3], tip[:3, 3] = tree.tip.R, tree.tip.p

@@ -59,7 +59,7 @@ def with_reversed_joint(robot: RobotLike, name: str) -> Mechanism:
 def _turn(joint: Joint, name: str) -> Joint:
     mimic = joint.mimic
     if mimic is not None and mimic.leader == name:
-        joint = replace(joint, mimic=replace(mimic, multiplier=-mimic.multiplier))
+        joint = replace(joint, mimic=mimic.reversed(leader=True))
     if joint.name != name:
         return joint
     limits = replace(joint.limits, lower=-joint.limits.upper, upper=-joint.limits.lower)
@@ -69,5 +69,5 @@ def _turn(joint: Joint, name: str) -> Joint:
         if friction.coulomb_negative is not None:
             friction = replace(friction, coulomb=friction.coulomb_negative, coulomb_negative=friction.coulomb)
     if mimic is not None:
-        mimic = replace(mimic, multiplier=-mimic.multiplier, offset=-mimic.offset)
+        mimic = mimic.reversed(leader=False)
     return replace(joint, axis=-joint.axis, limits=limits, friction=friction, mimic=mimic)

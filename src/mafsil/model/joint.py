@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from math import isfinite
+from math import isfinite, perm
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
 from mafsil.errors import ModelError
@@ -16,6 +19,9 @@ from mafsil.model.limits import Limits
 from mafsil.model.link import fixed_array
 from mafsil.model.placement import checked_pose
 from mafsil.model.tolerances import WRITTEN
+
+Number = TypeVar("Number")
+"""A float, an array or an expression."""
 
 
 class JointKind(Enum):
@@ -47,18 +53,81 @@ _FREEDOMS = {
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """The joint follows another: q = multiplier * q[leader] + offset."""
+    """The joint follows another: q = offset + multiplier x + higher[0] x^2 + ... with x = q[leader].
+
+    Attributes:
+        leader: name of the joint that is followed.
+        multiplier, offset: of the line.
+        higher: factors of x^2, x^3 and so on; none of a line.
+    """
 
     leader: str
     multiplier: float = 1.0
     offset: float = 0.0
+    higher: tuple[float, ...] = ()
     _numbers = checked(multiplier=real, offset=real)
 
     def __post_init__(self) -> None:
         self._numbers()
-        for name, value in (("multiplier", self.multiplier), ("offset", self.offset)):
+        higher = [real("higher", value) for value in self.higher]
+        for name, value in (("multiplier", self.multiplier), ("offset", self.offset), *(("higher", x) for x in higher)):
             if not isfinite(value):
                 raise ModelError("model.finite", name=name, value=value)
+        while higher and not higher[-1]:
+            higher.pop()
+        object.__setattr__(self, "higher", tuple(higher))
+
+    def curve(self, order: int = 0) -> tuple[float, ...]:
+        """Coefficients of q, or of one of its derivatives by x, the lowest power first."""
+        return differentiated((self.offset, self.multiplier, *self.higher), order)
+
+    def after(self, other: Mimic) -> Mimic:
+        """The coupling to the leader of another one, which this one's leader follows."""
+        offset = self.multiplier * other.offset + self.offset
+        if not (self.higher or other.higher):
+            return Mimic(other.leader, self.multiplier * other.multiplier, offset)
+        offset, multiplier, *higher = polynomial(self.curve(), Polynomial(other.curve())).coef
+        return Mimic(other.leader, float(multiplier), float(offset), tuple(float(x) for x in higher))
+
+    def reversed(self, *, leader: bool) -> Mimic:
+        """The coupling where the leader, or else the follower, is counted the other way."""
+        offset, multiplier, *higher = ((-1.0) ** (k if leader else 1) * c for k, c in enumerate(self.curve()))
+        return Mimic(self.leader, multiplier, offset, tuple(higher))
+
+    def value(self, x: float) -> float:
+        """Where the joint stands when its leader stands at x."""
+        return polynomial(self.curve(), x)
+
+    def range(self, lower: float, upper: float) -> tuple[float, float]:
+        """Least and largest value while the leader is within two bounds."""
+        turns = np.roots(self.curve(1)[::-1]) if self.higher else np.zeros(0)
+        inside = [float(x.real) for x in turns if abs(x.imag) <= WRITTEN and lower < x.real < upper]
+        values = [self.value(x) for x in (lower, upper, *inside)]
+        return min(values), max(values)
+
+
+def require_lines(joints: Iterable[Joint]) -> None:
+    """No joint follows another along a curve.
+
+    Raises:
+        ModelError: one does, for a calculation that takes lines alone.
+    """
+    for joint in joints:
+        if joint.mimic is not None and joint.mimic.higher:
+            raise ModelError("model.curved", joint=joint.name, leader=joint.mimic.leader)
+
+
+def polynomial(coefficients: Sequence[float], x: Number) -> Number:
+    """The sum of coefficients[k] x^k, by Horner's rule."""
+    total: Any = coefficients[-1] if coefficients else 0.0
+    for coefficient in reversed(coefficients[:-1]):
+        total = total * x + coefficient
+    return total
+
+
+def differentiated(coefficients: Sequence[float], order: int) -> tuple[float, ...]:
+    """Coefficients of a derivative of a polynomial, the lowest power first."""
+    return tuple(c * perm(k, order) for k, c in enumerate(coefficients) if k >= order)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 
 from mafsil.arrays import frozen, real_array
 from mafsil.errors import InputError, ModelError
-from mafsil.model.joint import Joint, JointKind
+from mafsil.model.joint import Joint, JointKind, require_lines
 from mafsil.model.placement import screw_motion
 from mafsil.model.tolerances import WRITTEN
 
@@ -34,6 +34,7 @@ def _coordinates(joints: tuple[Joint, ...], coordinates: Mapping[str, float]) ->
         mimic = moving[name].mimic
         leader = name if mimic is None else mimic.leader
         if mimic is not None:
+            require_lines([moving[name]])
             if mimic.multiplier == 0.0:
                 raise ModelError("dh.lock_idle", joint=name, value=mimic.offset)
             value = (value - mimic.offset) / mimic.multiplier
@@ -57,6 +58,6 @@ def _locked_joint(joint: Joint, values: Mapping[str, float]) -> Joint:
     owner = joint.name if mimic is None else mimic.leader
     if not joint.moves or owner not in values:
         return joint
-    value = values[owner] if mimic is None else mimic.multiplier * values[owner] + mimic.offset
+    value = values[owner] if mimic is None else mimic.value(values[owner])
     T_pj = frozen(joint.T_pj @ screw_motion(joint.screw, value))
     return replace(joint, kind=JointKind.FIXED, T_pj=T_pj, pitch=0.0, mimic=None)

@@ -102,6 +102,12 @@ def friction_loss(mechanism: Mechanism, name: str) -> Iterator[Loss]:
         yield Loss("writing.friction", Weight.CHOSEN, "friction", {"format": name, "names": names})
 
 
+def curve_loss(mechanism: Mechanism, name: str, *, degree: int = 1) -> Iterator[Loss]:
+    """Joints that follow others along a curve, in a format of that name that has curves up to a degree."""
+    if names := joints_that(mechanism, lambda joint: joint.mimic is not None and len(joint.mimic.curve()) > degree + 1):
+        yield Loss("writing.curve", Weight.REFUSED, "", {"format": name, "names": names, "degree": degree})
+
+
 def settled(losses: Iterable[Loss], known: tuple[str, ...], without: Collection[str]) -> tuple[Loss, ...]:
     """The losses, if none of them forbids the file.
 

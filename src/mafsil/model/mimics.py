@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import isfinite
 
 from mafsil.arrays import frozen
+from mafsil.errors import ModelError
 from mafsil.model.faults import (
     MIMIC_CHAIN,
     MIMIC_CYCLE,
@@ -14,7 +14,7 @@ from mafsil.model.faults import (
     MIMIC_LEADER_MISSING,
     MIMIC_OVERFLOW,
 )
-from mafsil.model.joint import Joint, JointKind, Mimic
+from mafsil.model.joint import Joint, JointKind
 from mafsil.model.placement import screw_motion
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element
@@ -51,12 +51,11 @@ def _resolve(reading: Reading, declared: Declared, by_name: dict[str, Declared])
             break
         seen.add(current.leader)
         after = leader.joint.mimic
-        multiplier = current.multiplier * after.multiplier
-        offset = current.multiplier * after.offset + current.offset
-        if not (isfinite(multiplier) and isfinite(offset)):
+        try:
+            current = current.after(after)
+        except ModelError:
             reading.report(MIMIC_OVERFLOW, element, "multiplier", joint=joint.name)
             return replace(joint, mimic=None)
-        current = Mimic(after.leader, multiplier, offset)
         steps += 1
     if steps:
         reading.report(MIMIC_CHAIN, element, "joint", joint=joint.name, leader=current.leader)

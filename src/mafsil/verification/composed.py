@@ -96,7 +96,7 @@ def _base_parameters(robot: Robot, book: Textbook, size: ArmSize, s: States, lim
     resting = replace(s, base_twist=None, base_acceleration=None)
     Y = quantity("regressor").second.value(book, resting).reshape(len(s.q), robot.n, -1)[..., list(base.columns)]
     tau = Y @ (base.combination @ robot.inertial_parameters.ravel())
-    rotors = (s.qdd @ book.share.T * book.armature) @ book.share
+    rotors = book.rotors(s.q, s.qd, s.qdd)
     gap = (tau + rotors - robot.inverse_dynamics(s.q, s.qd, s.qdd)) / size.effort
     return _check("base_parameters", "verification.unit_bodies", gap, limit)
 

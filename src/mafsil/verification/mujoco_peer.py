@@ -28,6 +28,8 @@ def answers(mechanism: Mechanism, s: States) -> tuple[dict[str, Floats], list[tu
     """
     if any(joint.kind is JointKind.HELICAL for joint in mechanism.joints):
         return {}, [("mujoco", "verification.helical")]
+    if any(joint.mimic is not None and joint.mimic.higher for joint in mechanism.joints):
+        return {}, [("mujoco", "verification.curved")]
     peer = MuJoCoArm(mechanism)
     rows = [peer.state(s.q[k], s.qd[k], s.qdd[k], s.tau[k]) for k in range(len(s.q))]
     found = {name: np.stack([row[name] for row in rows]) for name in rows[0]}

@@ -25,6 +25,8 @@ def answers(mechanism: Mechanism, s: States) -> tuple[dict[str, Floats], list[tu
         mechanism: any open chain or tree.
         s: states.
     """
+    if any(joint.mimic is not None and joint.mimic.higher for joint in mechanism.joints):
+        return {}, [("pinocchio", "verification.curved")]
     peer = _Pinocchio(mechanism)
     rows = [peer.state(s.q[k], s.qd[k], s.qdd[k], s.tau[k]) for k in range(len(s.q))]
     found = {name: np.stack([row[name] for row in rows]) for name in rows[0]}

@@ -217,7 +217,7 @@ def equality(text):
         ('<weld body1="finger" body2="nobody"/>', "M0713"),
         ('<weld body1="finger" body2="rod" relpose="0 0 nan 1 0 0 0"/>', "N0203"),
         ('<joint joint1="a" joint2="nothing"/>', "M0712"),
-        ('<joint joint1="b" joint2="a" polycoef="0 1 2 0 0"/>', "M0715"),
+        ('<joint joint1="b" joint2="a" polycoef="0 1 nan 0 0"/>', "N0203"),
         ('<hinge body1="finger"/>', "M0720"),
     ],
 )

@@ -55,7 +55,7 @@ def com_jacobian(tree: BodyTree, q: Expression) -> Expression:
     for i, body in reversed(tree.moving):
         z, step = R[i][:, 2], steps[i]
         moved = step.omega * ex.cross(z, moments[i] - masses[i] * o[i]) + step.v * masses[i] * z
-        columns[body.coordinate] = columns[body.coordinate] + body.multiplier * moved
+        columns[body.coordinate] = columns[body.coordinate] + step.slopes[0] * moved
         masses[body.parent] += masses[i]
         moments[body.parent] = moments[body.parent] + moments[i]
     return constant(tree.R_s0) @ ex.horzcat(*columns) / moving_mass(tree)
@@ -86,7 +86,7 @@ def com_of(book: Textbook, q: Numbers) -> Numbers:
 
 def moving_links(book: Textbook) -> list[int]:
     """Numbers of the links that some joint moves."""
-    moves: Floats = book.carries @ np.abs(book.share).sum(axis=1)
+    moves: Floats = book.carries @ np.abs(np.nan_to_num(book.share, nan=1.0)).sum(axis=1)
     return [k for k, number in enumerate(moves) if number]
 
 

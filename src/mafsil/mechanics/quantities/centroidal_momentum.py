@@ -50,7 +50,7 @@ def centroidal_momentum_matrix(tree: BodyTree, q: Expression) -> Expression:
     seen = _SeenFromCom(tree, q)
     for i, body in tree.moving:
         momentum = Wrench(*composite[i].unit_acceleration(steps[i]))
-        columns[body.coordinate] = columns[body.coordinate] + body.multiplier * seen(i, momentum)
+        columns[body.coordinate] = columns[body.coordinate] + steps[i].slopes[0] * seen(i, momentum)
     return ex.horzcat(*columns) if columns else ex.zeros(6, 0)
 
 

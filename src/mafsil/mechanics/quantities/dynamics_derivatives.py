@@ -24,7 +24,7 @@ from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.composite_motion import body_motion, composites
 from mafsil.mechanics.ground_frame import ground_is_shorter
 from mafsil.mechanics.joint_pairs import BodyFramePairs, GroundFramePairs
-from mafsil.mechanics.placement import Expression, joint_values, placements
+from mafsil.mechanics.placement import Expression, joint_accelerations, joint_values, placements
 from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics, require_accelerations
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.quantity import Quantity, SecondMethod
@@ -104,9 +104,9 @@ def matrices(
     Arguments as in `inverse_dynamics_derivatives`. What is not used of the result costs nothing.
     """
     steps = placements(tree, q)
-    motion = body_motion(tree, steps, joint_values(tree, qd), joint_values(tree, qdd))
+    motion = body_motion(tree, steps, joint_values(tree, steps, qd), joint_accelerations(tree, steps, qd, qdd))
     pairs = GroundFramePairs if ground_is_shorter(tree, wrenches=3, rows=1) else BodyFramePairs
-    return pairs(tree, steps, motion, composites(tree, steps, motion, F_tip)).matrices()
+    return pairs(tree, steps, motion, composites(tree, steps, motion, F_tip)).matrices(qd, qdd)
 
 
 def _size_of_efforts(arm: ArmSize) -> Floats:

@@ -17,7 +17,8 @@ def kinetic_energy(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
         tree: the bodies.
         q, qd: (n,) coordinates [rad | m] and rates.
     """
-    steps, rates = placements(tree, q), joint_values(tree, qd)
+    steps = placements(tree, q)
+    rates = joint_values(tree, steps, qd)
     omega, v, energy = [ex.zeros(3, 1)], [ex.zeros(3, 1)], ex.Expression(0)
     for i, body in tree.moving:
         step, p = steps[i], body.parent

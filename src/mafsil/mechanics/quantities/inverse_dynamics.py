@@ -11,7 +11,7 @@ import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_inertia import CompositeInertia
-from mafsil.mechanics.placement import Expression, coordinate_efforts, joint_values, placements
+from mafsil.mechanics.placement import Expression, coordinate_efforts, joint_accelerations, placements
 from mafsil.mechanics.quantities.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
 from mafsil.mechanics.states import States
@@ -56,12 +56,12 @@ def inverse_dynamics(
     if F_tip is not None:
         _add_tip_wrench(tree, F_tip, needs)
     F = transmitted([body.parent for body in tree.bodies], needs, lambda i, wrench: wrench.in_parent(steps[i]))
-    accelerations = joint_values(tree, qdd)
+    accelerations = joint_accelerations(tree, steps, qd, qdd)
     efforts = [
         wrench.along(step) + body.armature * rate if body.armature else wrench.along(step)
         for wrench, step, body, rate in zip(F, steps, tree.bodies, accelerations, strict=True)
     ]
-    return coordinate_efforts(tree, efforts)
+    return coordinate_efforts(tree, steps, efforts)
 
 
 def gravity_torque(tree: BodyTree, q: Expression) -> Expression:

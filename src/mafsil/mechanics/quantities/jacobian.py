@@ -6,6 +6,7 @@ import mafsil.expression as ex
 from mafsil.mechanics.body_tree import Attachment, Body, BodyTree
 from mafsil.mechanics.placement import (
     Expression,
+    Placement,
     constant,
     placements,
     poses_inward,
@@ -27,7 +28,8 @@ def jacobian_space(tree: BodyTree, q: Expression, frame: Attachment) -> Expressi
 
     Reference: Lynch & Park, Modern Robotics, def. 5.1.
     """
-    return _sum(tree, frame, _space_screws(tree, q, frame))
+    steps = placements(tree, q)
+    return _sum(tree, steps, frame, _space_screws(tree, steps, frame))
 
 
 def jacobian_body(tree: BodyTree, q: Expression, frame: Attachment) -> Expression:
@@ -40,7 +42,8 @@ def jacobian_body(tree: BodyTree, q: Expression, frame: Attachment) -> Expressio
 
     Reference: Lynch & Park, Modern Robotics, def. 5.2.
     """
-    return _sum(tree, frame, _body_screws(tree, q, frame))
+    steps = placements(tree, q)
+    return _sum(tree, steps, frame, _body_screws(tree, steps, frame))
 
 
 def jacobian_space_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Attachment) -> Expression:
@@ -51,14 +54,14 @@ def jacobian_space_rate(tree: BodyTree, q: Expression, qd: Expression, frame: At
         q, qd: (n,) coordinates [rad | m] and rates.
         frame: as in `jacobian_space`.
     """
-    screws = _space_screws(tree, q, frame)
+    steps = placements(tree, q)
+    screws = _space_screws(tree, steps, frame)
     rates: dict[int, Expression] = {}
     twist = ex.zeros(6, 1)
     for i in tree.path(frame.body):
-        body = tree.bodies[i]
         rates[i] = bracket(twist, screws[i])
-        twist = twist + screws[i] * (body.multiplier * qd[body.coordinate])
-    return _sum(tree, frame, rates)
+        twist = twist + screws[i] * (steps[i].slopes[0] * qd[tree.bodies[i].coordinate])
+    return _sum(tree, steps, frame, rates) + _bent(tree, steps, frame, screws, qd)
 
 
 def jacobian_body_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Attachment) -> Expression:
@@ -69,14 +72,14 @@ def jacobian_body_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Att
         q, qd: (n,) coordinates [rad | m] and rates.
         frame: as in `jacobian_body`.
     """
-    screws = _body_screws(tree, q, frame)
+    steps = placements(tree, q)
+    screws = _body_screws(tree, steps, frame)
     rates: dict[int, Expression] = {}
     twist = ex.zeros(6, 1)
     for i in reversed(tree.path(frame.body)):
-        body = tree.bodies[i]
         rates[i] = -bracket(twist, screws[i])
-        twist = twist + screws[i] * (body.multiplier * qd[body.coordinate])
-    return _sum(tree, frame, rates)
+        twist = twist + screws[i] * (steps[i].slopes[0] * qd[tree.bodies[i].coordinate])
+    return _sum(tree, steps, frame, rates) + _bent(tree, steps, frame, screws, qd)
 
 
 def bracket(V1: Expression, V2: Expression) -> Expression:
@@ -85,9 +88,9 @@ def bracket(V1: Expression, V2: Expression) -> Expression:
     return ex.vertcat(ex.cross(w1, w2), ex.cross(w1, v2) - ex.cross(w2, v1))
 
 
-def _space_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int, Expression]:
+def _space_screws(tree: BodyTree, steps: list[Placement], frame: Attachment) -> dict[int, Expression]:
     """Joint screws of the path to `frame`, in {s}, by body index."""
-    R, p = world_placements(tree, placements(tree, q))
+    R, p = world_placements(tree, steps)
     R_s0, p_s0 = constant(tree.R_s0), constant(tree.p_s0)
     screws: dict[int, Expression] = {}
     for i in tree.path(frame.body):
@@ -96,10 +99,10 @@ def _space_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int,
     return screws
 
 
-def _body_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int, Expression]:
+def _body_screws(tree: BodyTree, steps: list[Placement], frame: Attachment) -> dict[int, Expression]:
     """Joint screws of the path to `frame`, in that frame, by body index: built from the frame back to the base."""
     screws: dict[int, Expression] = {}
-    for i, (R, r) in poses_inward(tree, placements(tree, q), frame).items():
+    for i, (R, r) in poses_inward(tree, steps, frame).items():
         if i:
             screws[i] = joint_screw(tree.bodies[i], R[2, :].T, R.T @ ex.vertcat(-r[1], r[0], 0))
     return screws
@@ -121,12 +124,24 @@ def joint_screw(body: Body, z: Expression, moment: Expression) -> Expression:
             return ex.vertcat(z, moment)
 
 
-def _sum(tree: BodyTree, frame: Attachment, screws: dict[int, Expression]) -> Expression:
+def _sum(tree: BodyTree, steps: list[Placement], frame: Attachment, screws: dict[int, Expression]) -> Expression:
     """Columns of the coordinates: joints that follow one coordinate add up; joints beside the path give zero."""
     columns: list[Expression] = [ex.zeros(6, 1) for _ in range(tree.n)]
     for i in tree.path(frame.body):
         body = tree.bodies[i]
-        columns[body.coordinate] = columns[body.coordinate] + body.multiplier * screws[i]
+        columns[body.coordinate] = columns[body.coordinate] + steps[i].slopes[0] * screws[i]
+    return ex.horzcat(*columns) if columns else ex.zeros(6, 0)
+
+
+def _bent(
+    tree: BodyTree, steps: list[Placement], frame: Attachment, screws: dict[int, Expression], qd: Expression
+) -> Expression:
+    """What the rate of a Jacobian has from joints that follow along a curve p(x): p''(x) xd times their screws."""
+    columns: list[Expression] = [ex.zeros(6, 1) for _ in range(tree.n)]
+    for i in tree.path(frame.body):
+        k = tree.bodies[i].coordinate
+        if tree.bodies[i].higher:
+            columns[k] = columns[k] + screws[i] * (steps[i].slopes[1] * qd[k])
     return ex.horzcat(*columns) if columns else ex.zeros(6, 0)
 
 

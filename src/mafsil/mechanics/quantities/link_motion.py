@@ -12,7 +12,7 @@ from mafsil.arrays import Floats
 from mafsil.mechanics.base_motion import base_motion
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.composite_motion import spin_acceleration
-from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
+from mafsil.mechanics.placement import Expression, Placement, constant, joint_accelerations, joint_values, placements
 from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
 from mafsil.mechanics.states import States
 from mafsil.mechanics.textbook import Textbook, adjoint, inverse
@@ -68,7 +68,7 @@ def outward_motion(
         base_twist, base_acceleration: (6,) of a carried base, see `base_motion`.
         fall: (3,) acceleration of a freely falling frame, in {0}, against which accelerations are taken; None: at rest.
     """
-    rates, accelerations = joint_values(tree, qd), joint_values(tree, qdd)
+    rates, accelerations = joint_values(tree, steps, qd), joint_accelerations(tree, steps, qd, qdd)
     base, z = base_motion(tree, base_twist, base_acceleration), ex.Expression([0, 0, 1])
     a_0 = base.a if fall is None else base.a - constant(fall)
     motion = BodyMotion([base.omega], [base.v], [base.alpha], [a_0], [spin_acceleration(base.omega, base.alpha)])

@@ -8,7 +8,7 @@ import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.ground_frame import along, ground_is_shorter, twist_at_ground, wrench_at_ground
-from mafsil.mechanics.placement import Expression, Placement, placements, world_placements
+from mafsil.mechanics.placement import Expression, Placement, placements, times, world_placements
 from mafsil.mechanics.quantity import FEATHERSTONE, Quantity, SecondMethod
 from mafsil.mechanics.wrench import Wrench
 
@@ -37,7 +37,7 @@ def mass_matrix(tree: BodyTree, q: Expression, inertias: Sequence[CompositeInert
         j = i
         while j:
             effort = steps[j].omega * moment[2] + steps[j].v * force[2]
-            _accumulate(tree, entries, i, j, effort + body.armature if i == j else effort)
+            _accumulate(tree, steps, entries, i, j, effort + body.armature if i == j else effort)
             force = steps[j].to_parent(force)
             moment = steps[j].to_parent(moment) + ex.cross(steps[j].offset, force)
             j = tree.bodies[j].parent
@@ -55,10 +55,10 @@ def _fill_in_ground_frame(
     screws = [twist_at_ground(s.omega * R[k][:, 2], s.v * R[k][:, 2], o[k]) for k, s in enumerate(steps)]
     for i, body in tree.moving:
         unit = Wrench(*composite[i].unit_acceleration(steps[i]))
-        _accumulate(tree, entries, i, i, unit.along(steps[i]) + body.armature)
+        _accumulate(tree, steps, entries, i, i, unit.along(steps[i]) + body.armature)
         there = wrench_at_ground(Wrench(R[i] @ unit.m, R[i] @ unit.f), o[i])
         for j in tree.path(body.parent):
-            _accumulate(tree, entries, i, j, along(there, screws[j]))
+            _accumulate(tree, steps, entries, i, j, along(there, screws[j]))
 
 
 def _composites(
@@ -71,13 +71,19 @@ def _composites(
     return own
 
 
-def _accumulate(tree: BodyTree, entries: dict[tuple[int, int], Expression], i: int, j: int, effort: Expression) -> None:
+def _accumulate(
+    tree: BodyTree,
+    steps: list[Placement],
+    entries: dict[tuple[int, int], Expression],
+    i: int,
+    j: int,
+    effort: Expression,
+) -> None:
     """Add joint entry (i, j), j an ancestor or i itself, to the entry of their coordinates; once per unordered pair."""
     a, b = tree.bodies[i], tree.bodies[j]
     key = (max(a.coordinate, b.coordinate), min(a.coordinate, b.coordinate))
     both = 2.0 if i != j and a.coordinate == b.coordinate else 1.0
-    factor = both * a.multiplier * b.multiplier
-    scaled = effort if factor == 1.0 else factor * effort
+    scaled = times(both * steps[i].slopes[0] * steps[j].slopes[0], effort)
     entries[key] = entries[key] + scaled if key in entries else scaled
 
 

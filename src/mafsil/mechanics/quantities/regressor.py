@@ -14,7 +14,7 @@ import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.composite_motion import body_motion, spin_acceleration
-from mafsil.mechanics.placement import Expression, constant, joint_values, placements
+from mafsil.mechanics.placement import Expression, constant, joint_accelerations, joint_values, placements
 from mafsil.mechanics.quantities.jacobian import jacobian_body
 from mafsil.mechanics.quantity import Quantity, SecondMethod
 from mafsil.mechanics.states import States
@@ -51,7 +51,7 @@ def frame_regressor(tree: BodyTree, q: Expression, qd: Expression, qdd: Expressi
     Reference: as the module.
     """
     steps = placements(tree, q)
-    motion = body_motion(tree, steps, joint_values(tree, qd), joint_values(tree, qdd))
+    motion = body_motion(tree, steps, joint_values(tree, steps, qd), joint_accelerations(tree, steps, qd, qdd))
     R, p, i = constant(frame.R), constant(frame.p), frame.body
     U = motion.U[i]
     alpha = ex.vertcat(U[2, 1] - U[1, 2], U[0, 2] - U[2, 0], U[1, 0] - U[0, 1]) / 2

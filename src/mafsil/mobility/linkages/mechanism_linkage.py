@@ -26,6 +26,7 @@ from mafsil.mobility.linkages.loop_closure import largest_gap
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
+from mafsil.model.joint import require_lines
 from mafsil.model.library import spelled
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.regular_file import whole_text
@@ -92,6 +93,7 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
     """
     if not any(each.moves for each in (*mechanism.coordinates, *mechanism.loops)):
         raise ModelError("mobility.nothing_moves", name=mechanism.name or "-")
+    require_lines(mechanism.joints)
     given, T = _place(mechanism, np.zeros(mechanism.n) if q is None else single("q", q, (mechanism.n,)))
     joints = [_drawn(each, T[each.parent] @ each.T_pj, given.get(each.name, 0.0)) for each in mechanism.joints]
     apart: dict[str, Floats] = {}
@@ -117,9 +119,7 @@ def _place(mechanism: Mechanism, q: Floats) -> tuple[dict[str, float], dict[str,
     """Coordinates of the joints, followers too, and poses (4, 4) of the links in {s}, at coordinates (n,)."""
     given = {each.name: float(v) for each, v in zip(mechanism.coordinates, q, strict=True)}
     given |= {
-        each.name: each.mimic.multiplier * given[each.mimic.leader] + each.mimic.offset
-        for each in mechanism.joints
-        if each.mimic is not None
+        each.name: each.mimic.value(given[each.mimic.leader]) for each in mechanism.joints if each.mimic is not None
     }
     T: dict[str, Floats] = {mechanism.links[0].name: np.asarray(mechanism.T_sb)}
     for each in mechanism.joints:

@@ -134,7 +134,7 @@ def _mimics(mechanism: Mechanism) -> Iterator[Finding]:
         if joint.mimic is None:
             continue
         leader, m = by_name[joint.mimic.leader].limits, joint.mimic
-        ends = sorted(m.multiplier * x + m.offset for x in (leader.lower, leader.upper))
+        ends = m.range(leader.lower, leader.upper)
         own = joint.limits
         slack = 1e-3 + 0.01 * max((abs(x) for x in (own.lower, own.upper) if isfinite(x)), default=0.0)
         if all(isfinite(x) for x in ends) and (ends[0] < own.lower - slack or ends[1] > own.upper + slack):

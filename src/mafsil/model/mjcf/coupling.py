@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mafsil.model.faults import COUPLING_NOT_LINEAR
 from mafsil.model.joint import Joint, Mimic
 from mafsil.model.mimics import Declared, locked_at
 from mafsil.model.mjcf.closure import KINDS, read_loops
@@ -42,7 +41,7 @@ def read_couplings(references: References, root: Element) -> tuple[list[Declared
 
 
 def _couple(references: References, element: Element, scope: Scope, joints: dict[str, Declared]) -> None:
-    """joint1 - ref1 = a0 + a1 (joint2 - ref2): a mimic; without joint2 the joint is locked."""
+    """joint1 - ref1 = a0 + a1 (joint2 - ref2) + a2 (joint2 - ref2)^2 ...: a mimic; without joint2 it is locked."""
     reading, tree = references.reading, references.tree
     if not reading.reference(element, "joint1"):
         return
@@ -50,17 +49,16 @@ def _couple(references: References, element: Element, scope: Scope, joints: dict
     coefficients = reading.vector(element, "polycoef", count, (0.0, 1.0))
     if not coefficients:
         return
-    a0, a1, *higher = (*coefficients, *(0.0, 1.0)[len(coefficients) :])
+    curve = (*coefficients, *(0.0, 1.0)[len(coefficients) :])
     names = [name for name in (element.get("joint1"), element.get("joint2")) if name]
-    if any(higher) and len(names) == 2:
-        text = element.get("polycoef")
-        reading.report(COUPLING_NOT_LINEAR, element, "polycoef", joint=names[0], text=text)
-        return
     for follower, *leaders in references.joints(element, names, scope):
         declared = joints[follower]
         if not leaders:
-            locked = locked_at(declared.joint, tree.references[follower] + a0)
+            locked = locked_at(declared.joint, tree.references[follower] + curve[0])
             joints[follower] = Declared(locked, element)
             continue
-        offset = tree.references[follower] + a0 - a1 * tree.references[leaders[0]]
-        joints[follower] = Declared(replace(declared.joint, mimic=Mimic(leaders[0], a1, offset)), element)
+        curve_here = Mimic(leaders[0], curve[1], curve[0], curve[2:]).after(
+            Mimic("", 1.0, -tree.references[leaders[0]])
+        )
+        mimic = replace(curve_here, leader=leaders[0], offset=tree.references[follower] + curve_here.offset)
+        joints[follower] = Declared(replace(declared.joint, mimic=mimic), element)

@@ -64,17 +64,18 @@ class Driving:
 
     def _add_inertia(self, element: Element, tendon: str, lever: Lever, armature: float) -> None:
         """Armature J' J of a tendon: expressed where all its joints are coupled to one coordinate."""
-        along: Lever = {}
+        along, bent = Lever(), False
         for name, coefficient in lever.items():
             joint = self.joints[name]
             if not joint.moves:
                 continue
             owner, factor = (name, 1.0) if joint.mimic is None else (joint.mimic.leader, joint.mimic.multiplier)
+            bent = bent or bool(coefficient and joint.mimic is not None and joint.mimic.higher)
             along[owner] = along.get(owner, 0.0) + coefficient * factor
         moved = {name: length for name, length in along.items() if length}
         if not armature or not moved:
             return
-        if len(moved) > 1:
+        if len(moved) > 1 or bent:
             reading = self.references.reading
             reading.report(TENDON_ARMATURE, element, "armature", tendon=tendon, armature=armature)
             return

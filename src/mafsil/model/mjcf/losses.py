@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.model.inertia_check import STAND_IN
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.losses import Loss, Weight, friction_loss, joints_that, names_of
+from mafsil.model.losses import Loss, Weight, curve_loss, friction_loss, joints_that, names_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mjcf.body import WORLD
 from mafsil.model.mjcf.matter import idle_joints, weighs
@@ -33,6 +33,7 @@ def losses_of(mechanism: Mechanism, shifted: tuple[str, ...], lacking: Mapping[s
         lacking: links whose inertia no body has, with what it lacks.
     """
     yield from _refused(mechanism)
+    yield from curve_loss(mechanism, "MJCF", degree=4)
     yield from friction_loss(mechanism, "MJCF")
     if gross := [name for name, lack in lacking.items() if lack > PRINTED]:
         yield Loss("writing.inertia", Weight.CHOSEN, "inertia", {"names": names_of(gross)})

@@ -207,7 +207,7 @@ def _constraints(loop: Joint) -> Iterator[str]:
 def _couplings(mechanism: Mechanism) -> Iterator[str]:
     for joint in mechanism.joints:
         if joint.mimic is not None:
-            line = numbers([joint.mimic.offset, joint.mimic.multiplier, 0.0, 0.0, 0.0])
+            line = numbers((*joint.mimic.curve(), 0.0, 0.0, 0.0)[:5])
             pair = f'joint1="{escaped(joint.name)}" joint2="{escaped(joint.mimic.leader)}"'
             yield f'    <joint {pair} polycoef="{line}"/>'
 

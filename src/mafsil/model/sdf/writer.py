@@ -21,6 +21,7 @@ from mafsil.model.losses import (
     Document,
     Loss,
     Weight,
+    curve_loss,
     delivered,
     friction_loss,
     joints_that,
@@ -246,6 +247,7 @@ def losses_of(
         lacking: links whose inertia no body has, with what it lacks.
     """
     yield from _refuse(mechanism)
+    yield from curve_loss(mechanism, "SDFormat")
     yield from friction_loss(mechanism, "SDFormat")
     if gross := [name for name, lack in lacking.items() if lack > PRINTED]:
         yield Loss("writing.inertia_sdf", Weight.CHOSEN, "inertia", {"names": names_of(gross)})

@@ -7,7 +7,7 @@ from math import inf, isfinite
 
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import Limits
-from mafsil.model.losses import Loss, Weight, friction_loss, joints_that, names_of
+from mafsil.model.losses import Loss, Weight, curve_loss, friction_loss, joints_that, names_of
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.outer_frames import tip_loss
 from mafsil.model.reading import LONGEST_NAME, is_writable
@@ -27,6 +27,7 @@ def losses_of(mechanism: Mechanism, version: Version) -> Iterator[Loss]:
         version: of URDF that is written.
     """
     yield from _refuse(mechanism)
+    yield from curve_loss(mechanism, "URDF")
     yield from _changing_the_motion(mechanism)
     yield from _of_limits(mechanism, version)
     if geared := joints_that(

@@ -17,6 +17,7 @@ from mafsil.arrays import Floats, JointVector, Vector3, Vector6, as_batch, not_n
 from mafsil.errors import InputError
 from mafsil.fields import checked, vector
 from mafsil.geometry import wrench
+from mafsil.model.joint import polynomial
 from mafsil.model.loading import RobotLike
 from mafsil.performance.tolerances import SMALLEST
 from mafsil.performance.velocity.jacobians import tool_jacobian
@@ -74,7 +75,7 @@ def joint_reactions(
     at_joint = about_origin.copy()
     at_joint[..., :3] -= np.cross(points, about_origin[..., 3:])
     return JointReactions(
-        tuple(joint.name for joint in mechanism.joints), about_origin, at_joint, _along(robot, poses, at_joint)
+        tuple(joint.name for joint in mechanism.joints), about_origin, at_joint, _along(robot, q, poses, at_joint)
     )
 
 
@@ -123,7 +124,7 @@ def unbalanced_links(robot: Robot, q: ArrayLike, reactions: ArrayLike, tip_wrenc
     return np.stack(net, axis=-2)
 
 
-def _along(robot: Robot, poses: Floats, at_joint: Floats) -> JointVector:
+def _along(robot: Robot, q: ArrayLike, poses: Floats, at_joint: Floats) -> JointVector:
     """Power of each reaction on its joint's screw, summed for joints that follow a coordinate."""
     mechanism = robot.mechanism
     index = {name: i for i, name in enumerate(robot.joint_names)}
@@ -133,8 +134,9 @@ def _along(robot: Robot, poses: Floats, at_joint: Floats) -> JointVector:
             continue
         R = poses[..., k + 1, :3, :3]
         screw = np.concatenate([R @ joint.screw[:3], R @ joint.screw[3:]], axis=-1)
-        leader, factor = (joint.name, 1.0) if joint.mimic is None else (joint.mimic.leader, joint.mimic.multiplier)
-        torque[..., index[leader]] += factor * (screw * at_joint[..., k, :]).sum(axis=-1)
+        leader = index[joint.name if joint.mimic is None else joint.mimic.leader]
+        factor = 1.0 if joint.mimic is None else polynomial(joint.mimic.curve(1), np.asarray(q)[..., leader])
+        torque[..., leader] += factor * (screw * at_joint[..., k, :]).sum(axis=-1)
     return torque
 
 
