@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from msgspec import structs
 
-from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.beside import Beside
 from mafsil.job.called import Where
 from mafsil.job.cell_signals import CellSignals
@@ -33,7 +33,11 @@ from mafsil.model import JointLimits
 from mafsil.planning import TimedArm
 from mafsil.planning.waiting_places import standing
 from mafsil.robot import Robot
+from mafsil.simulation.stored_arrays import KINEMATIC
 from mafsil.trajectory import MotionLimits, Trajectory
+
+LAGGING = ("pd_gravity", "pid")
+"""Laws without the planned accelerations: they lag most where these jump, at the end of a move in the shortest time."""
 
 
 class Walk:
@@ -191,8 +195,21 @@ class Walk:
             self.limits,
             velocity=np.minimum(velocity, np.where(turns, move.joint_speed or np.inf, np.inf)),
             acceleration=np.minimum(acceleration, np.where(turns, move.joint_acceleration or np.inf, np.inf)),
-            jerk=self.limits.jerk * (move.speed**3 if move.profile == "jerk_limited" else np.inf),
+            jerk=self._jerk(move) * move.speed**3,
         )
+
+    def _jerk(self, move: Move) -> Floats:
+        """(n,) limits of jerk of a move: those of the description where it names no profile."""
+        if move.profile == "jerk_limited":
+            return self.limits.jerk
+        own = self.robot.limits.jerk
+        known = (own > 0.0) & (move.profile is None)
+        return np.where(known, own * self.job.limits.acceleration_scale, np.inf)
+
+    def with_profile(self, move: Move) -> Move:
+        """A move whose controller lags behind accelerations as a quintic if it names no profile, else as it is."""
+        lags = self.job.controller.kind in LAGGING and self.job.simulation.plant != KINEMATIC
+        return structs.replace(move, profile="quintic") if lags and move.profile is None else move
 
     def bounds(self, move: Move) -> Bounds:
         """The bounds of the tip for one move: its own where it names them."""
