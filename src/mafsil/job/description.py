@@ -340,8 +340,10 @@ class Job(Head, frozen=True, kw_only=True):
         move: one after the other.
         origins: for each move the keys in the file that it comes from; empty if they are its own.
         cells: what the file includes.
+        lying: parts that lie somewhere at the beginning, and the poses of their boxes.
     """
 
+    lying: tuple[tuple[Grasp, Pose], ...] = ()
     start: Start = Start()
     obstacle: tuple[Obstacle, ...] = ()
     other_robot: tuple[OtherRobot, ...] = ()

@@ -14,6 +14,7 @@ from mafsil.job.called import Where
 from mafsil.job.cell_signals import CellSignals
 from mafsil.job.decision import Decision
 from mafsil.job.description import TIP_BOUNDS, Bounds, Goal, Job, Move, Task
+from mafsil.job.driving_tables import WITHOUT_INERTIA
 from mafsil.job.equipment import Equipment, Load
 from mafsil.job.fitting import unit_remarks
 from mafsil.job.goals import Goals
@@ -23,7 +24,7 @@ from mafsil.job.neighbours import Neighbour, NeighbourMotion
 from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
 from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
-from mafsil.job.poses import goal_matrix
+from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.remark import Refused, Remark, said_of
 from mafsil.job.surroundings import RESTS, Surroundings, WayRound, why_not_itself
 from mafsil.job.timing import Timing
@@ -35,9 +36,6 @@ from mafsil.planning.waiting_places import standing
 from mafsil.robot import Robot
 from mafsil.simulation.stored_arrays import KINEMATIC
 from mafsil.trajectory import MotionLimits, Trajectory
-
-LAGGING = ("pd_gravity", "pid")
-"""Laws without the planned accelerations: they lag most where these jump, at the end of a move in the shortest time."""
 
 
 class Walk:
@@ -70,7 +68,8 @@ class Walk:
         self.beside: tuple[NeighbourMotion, ...] = ()
         self.signals = CellSignals(job, control_period(job))
         self.legs: list[Leg] = []
-        self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names)
+        lying = ((part, pose_matrix(place, degrees=self.degrees)) for part, place in job.lying)
+        self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names, lying)
         self.past = 0.0
         self.made = 0
         self.tight: list[Tight] = []
@@ -208,7 +207,7 @@ class Walk:
 
     def with_profile(self, move: Move) -> Move:
         """A move whose controller lags behind accelerations as a quintic if it names no profile, else as it is."""
-        lags = self.job.controller.kind in LAGGING and self.job.simulation.plant != KINEMATIC
+        lags = self.job.controller.kind in WITHOUT_INERTIA and self.job.simulation.plant != KINEMATIC
         return structs.replace(move, profile="quintic") if lags and move.profile is None else move
 
     def bounds(self, move: Move) -> Bounds:
