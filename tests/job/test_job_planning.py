@@ -166,8 +166,8 @@ def test_too_short_joint_moves_and_lines_say_the_shortest_duration(profile: str)
 def test_one_near_singular_point_slows_a_line_only_there() -> None:
     robot, motion = planned(SLOW)
     leg = motion.legs[0].trajectory
-    # Time-optimal along the same path without a bound of jerk (TOPP-RA): 1.29 s; slowed evenly: 49.8 s.
-    assert 1.29 < leg.duration < 2 * 1.29
+    # Time-optimal along the same path without a bound of jerk (TOPP-RA, on its grid): 1.29 s; slowed evenly: 49.8 s.
+    assert 1.24 < leg.duration <= 1.29
     u = leg.at(np.arange(0.0, leg.duration, 1e-3))
     assert (np.abs(u.v) <= 0.7 * robot.limits.velocity * (1 + 1e-6)).all()
     acceleration = np.array([15, 7.5, 10, 12.5, 15, 20, 20]) * 0.7
@@ -178,7 +178,7 @@ def test_one_near_singular_point_slows_a_line_only_there() -> None:
     assert np.abs((tip - tip[0]) - np.outer((tip - tip[0]) @ along, along)).max() < 1e-5
     (remark,) = [one for one in motion.remarks if one.key.startswith("job.slow_line")]
     sentence = remark.sentence("en")
-    for word in ("move 1 'down' (line 7)", "joint3", "65.1 %", "43.6", "1.13 s"):
+    for word in ("move 1 'down' (line 7)", "joint3", "65.2 %", "44.9", "1.25 s"):
         assert word in sentence
     place = float(str(remark.details["place"]).removesuffix(" %")) / 100
     k = int(np.abs(np.linalg.norm(tip - tip[0], axis=1) / np.linalg.norm(tip[-1] - tip[0]) - place).argmin())
@@ -231,7 +231,8 @@ def test_postures_are_chosen_so_that_the_next_line_runs() -> None:
     assert target is not None
     nearest = solve_ik(robot, target, start).q.tolist()
     assert refused(f'robot = "panda"\n[start]\njoints = {nearest}\n{line}').key == "job.no_path"
-    assert motion.legs[1].trajectory.duration == pytest.approx(0.3 / 0.25 * 15 / 8, rel=1e-6)
+    shortest = 0.3 / 0.25 + 0.25 / 1.0
+    assert shortest < motion.legs[1].trajectory.duration < 1.002 * shortest, "and a few milliseconds of limited jerk"
 
 
 @pytest.mark.parametrize(

@@ -376,6 +376,7 @@ def test_the_integral_of_a_job_waits_where_efforts_are_at_their_limits():
 @pytest.mark.capability("10-11", "10-103")
 def test_a_job_has_encoders_before_its_law_and_errors_of_their_size():
     text = JOB.format(kind="computed_torque", gains="delay = 0.001", friction="false")
+    text = text.replace("[[move]]\npause", 'profile = "quintic"\n[[move]]\npause')
     coarse = text.replace("friction = false", "friction = false\nnoise = { resolution = 1e-3, filter_time = 0.002 }")
     runs = [solve(parse(each), each, Path()) for each in (text, coarse)]
     law = runs[1].driven[0].scenario.law

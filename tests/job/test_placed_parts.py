@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mafsil as mf
 from mafsil.collision import Box, Checker, Obstacle, Scene
 from mafsil.job import Refusal, Run, parse, solve
 from mafsil.job.clearances import clearances
 from mafsil.job.solve import prepare
+from mafsil.messages.quantities import quantity
 from mafsil.report.replay import part_tracks
 
 HEAD = """
@@ -190,3 +192,43 @@ def test_corners_of_what_is_carried_pass_through_nothing(apart, free):
     post[:2, 3] = 0.35 + 0.1 + apart, 0.15 + 0.1 + apart
     tip = plan.surroundings.robot.forward_kinematics(q)
     assert bool(checker.with_scene([Obstacle(Box((0.2, 0.2, 0.2)), tip @ post, "post")]).free(q)) is free
+
+
+def lies(x, y, more="", text=LEAVE):
+    """The block lies in the grip of the start, or as far beside it as asked."""
+    arm = mf.load("planar3r")
+    centre = arm.fk([0.9, 0.3, 0.2]) @ [0.2, 0, 0, 1] + [x, y, 0, 0]
+    return planned(HEAD.replace("offset =", f"at = {{ position = {centre[:3].tolist()} }}\noffset =") + more + text)
+
+
+@pytest.mark.parametrize("far", [0.0, 0.9e-3, 1.1e-3, 0.2, 3.0])
+def test_a_pick_is_judged_by_the_distance_between_grip_and_part(far):
+    found = lies(far, 0.0)
+    assert bool(found) is (far < 1e-3)
+    if far > 1e-3:
+        assert found.key == "job.none_here"
+        assert str(found.details["distance"]) == str(quantity(far, "m"))
+        assert lies(far, 0.0, f"[tolerance]\nposition = {1.01 * far}\n") or far > 0.1
+
+
+def test_a_part_with_a_place_is_one_thing_wherever_it_is_put():
+    _, plan = lies(0.0, 0.0, text=LEAVE + TAKE)
+    assert [leg.thing for leg in plan.legs if leg.kind == "pick"] == [0, 0]
+    assert not any(remark.key == "job.new_parts" for remark in plan.remarks)
+    elsewhere = TAKE.replace("joints = [0.0, 0.3, 0.2]", "joints = [0.8, 0.3, 0.2]")
+    assert lies(0.0, 0.0, text=LEAVE + elsewhere).key == "job.none_here"
+    # Without a place it is another part, and that is said.
+    (said,) = (one for one in planned(HEAD + LEAVE + elsewhere)[1].remarks if one.key == "job.new_parts")
+    assert said.details["count"] == 1
+
+
+def test_a_pattern_gives_one_part_at_each_place_and_no_more():
+    rows = "[pattern.tray]\nposition = [0.5, 0, 0]\ncount = [2]\npitch = [-0.1]\n"
+    pick = '[[move]]\npose = { frame = "tray", task = "position" }\n[[move]]\npick = "nut"\n'
+    pick += "[[move]]\njoints = [2.0, 0.5]\n"
+    head = 'robot = "planar2r"\n[part.nut]\nmass = 0.1\nsize = [0.02, 0.02, 0.02]\nat = "tray"\n' + rows
+    loop = '[[move]]\neach = "tray"\n' + (pick + "[[move]]\nplace = true\n").replace("[[move]]", "[[move.do]]")
+    assert planned(head + loop)
+    again = planned(head + loop + loop)
+    assert again.key == "job.none_here", "they were put down elsewhere"
+    assert "nut" in again.explain("ar")

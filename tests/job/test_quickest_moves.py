@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import mafsil as mf
 from mafsil.job.planned_remarks import driving_limits
 from mafsil.job.reading import parse
 from mafsil.trajectory import check
@@ -92,3 +93,33 @@ def test_points_that_are_all_one_are_a_rest():
     text = PANDA + '[[move]]\njoints = [0, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]\nprofile = "time_optimal"\n'
     motion = leg_of(text)[2]
     np.testing.assert_array_equal(motion.at(motion.duration).u, [0, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6])
+
+
+@pytest.mark.parametrize("robot", ["panda", "ur5e", "cobra600"])
+@pytest.mark.parametrize("kind", ["computed_torque", "pd_gravity", "pid"])
+def test_the_default_is_the_shortest_within_all_limits_unless_the_law_lags(robot, kind):
+    """Jerk counts where the description has it; a straight line of the joints stays one."""
+    arm = mf.load(robot)
+    middle = np.clip(0.5, arm.limits.lower + 0.3, arm.limits.upper - 0.9)
+    middle = np.where(arm.mechanism.angular, middle, np.clip(0.05, arm.limits.lower, arm.limits.upper))
+    goal = middle + 0.1 * np.arange(1, arm.n + 1) * np.where(arm.mechanism.angular, 1.0, 0.1)
+    head = f'robot = "{robot}"\n[controller]\nkind = "{kind}"\n[collision]\nself_collision = false\n'
+    text = head + f"[start]\njoints = {middle.tolist()}\n[[move]]\njoints = {goal.tolist()}\n"
+
+    def leg(more):
+        return leg_of(text + more)[2]
+
+    default, optimal, quintic = leg(""), leg('profile = "time_optimal"\n'), leg('profile = "quintic"\n')
+    if kind != "computed_torque":
+        assert default.duration == quintic.duration
+        return
+    assert optimal.duration * (1 - 1e-6) <= default.duration < 1.03 * optimal.duration < quintic.duration
+    t = np.linspace(0.0, default.duration, 301)
+    share = (default.at(t).u - middle) / (goal - middle)
+    assert np.ptp(share, axis=1).max() < 1e-9
+    if np.isfinite(arm.limits.jerk).all():
+        assert (np.abs(default.jerk(t)) <= 0.7 * arm.limits.jerk * (1 + 1e-6)).all()
+    # A duration that a quintic suits makes it one; a shorter one that is possible is kept.
+    assert np.abs(leg(f"duration = {2 * quintic.duration}\n").at(0.0).a).max() < 1e-9
+    short = 0.5 * (default.duration + quintic.duration)
+    assert leg(f"duration = {short}\n").duration == pytest.approx(short)

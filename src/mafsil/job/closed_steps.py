@@ -65,7 +65,7 @@ class ClosedSteps:
         move, where = self.walk.job.move[index], self.walk.where(index)
         limits = self.walk.scaled(move)
         ways = [coordinates(self.walk.job, self.walk.robot, via) for via in move.via if isinstance(via, tuple)]
-        straight = self.loops.motion(self.walk.q, [*ways, goal], move, limits, where)
+        straight = self.loops.motion(self.walk.q, [*ways, goal], self.walk.with_profile(move), limits, where)
         around = self.walk.surroundings
         if around is None or not (move.constraints is not None or self.ways.goes_round(index)):
             return straight, None

@@ -125,8 +125,9 @@ class Step(Part, frozen=True, kw_only=True):
             smoothly through points; `screw`, about one screw axis.
         blend: how far from the goal the tip may pass when it goes on to the next path of the tip without a stop [m];
             0 stops there.
-        profile: law of motion in time, quintic if None; `time_optimal`: the shortest time along the path;
-            `jerk_limited`: the same with limited jerk.
+        profile: law of motion in time; `time_optimal`: the shortest time along the path; `jerk_limited`: the same with
+            limited jerk. If None the shortest time with what the description knows of jerk, but a quintic where a
+            duration suits it or the controller lags behind accelerations.
         duration: [s]; the shortest within the limits if left out.
         speed: share of the limits for this move.
         tip_speed, tip_acceleration, tip_angular_speed: of a path of the tip, instead of the job's [m/s, m/s^2, rad/s].
@@ -339,8 +340,10 @@ class Job(Head, frozen=True, kw_only=True):
         move: one after the other.
         origins: for each move the keys in the file that it comes from; empty if they are its own.
         cells: what the file includes.
+        lying: parts that lie somewhere at the beginning, and the poses of their boxes.
     """
 
+    lying: tuple[tuple[Grasp, Pose], ...] = ()
     start: Start = Start()
     obstacle: tuple[Obstacle, ...] = ()
     other_robot: tuple[OtherRobot, ...] = ()

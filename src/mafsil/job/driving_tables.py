@@ -13,6 +13,8 @@ LawKind: TypeAlias = Literal[
     "model_predictive", "linear_quadratic", "task_computed_torque", "impedance", "admittance", "hybrid",
 ]  # fmt: skip
 """Laws of the joints, then laws of the tip."""
+WITHOUT_INERTIA = ("pid", "pd_gravity")
+"""Laws that know no inertia, and lag behind accelerations."""
 TIP_LAWS: tuple[LawKind, ...] = ("task_computed_torque", "impedance", "admittance", "hybrid")
 
 

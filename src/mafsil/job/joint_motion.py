@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats, Integers, JointVector
-from mafsil.job.description import Move
-from mafsil.job.quickest import UNKNOWN, Deciding, along_joints, along_path, different, with_limited_jerk
+from mafsil.job.description import QUICKEST, Move
+from mafsil.job.quickest import UNKNOWN, Deciding, along_joints, along_path, different, straight, with_limited_jerk
 from mafsil.job.remark import Refused
 from mafsil.job.tip_motion import SHORTEST, too_fast
 from mafsil.messages.quantities import quantity
@@ -103,16 +103,28 @@ def _within(
 
 def _shortest(points: Floats, move: Move, limits: JointLimits, where: object) -> tuple[Stretchable, Deciding]:
     """The motion through points (k, n) in the shortest time that its profile allows, and what limits it."""
-    if move.profile == "time_optimal":
-        found = along_joints(points, limits, where)
-        return found.motion, found.binding
     if move.profile == "jerk_limited":
         return with_limited_jerk(points, limits, move.duration, where), UNKNOWN
+    if move.profile not in (None, "time_optimal"):
+        return _by_law(points, move, limits), UNKNOWN
+    if move.profile is None and move.duration is not None:
+        quintic = _by_law(points, move, limits)
+        slow = quintic.stretched(max(move.duration / quintic.duration, 1.0))
+        if slow.duration <= move.duration * (1 + PEAK_MARGIN) and check(slow, limits, tolerance=1e-6):
+            return quintic, UNKNOWN
+    if len(points) == 2 and move.profile is None:
+        return straight(points, limits, where), UNKNOWN
+    found = along_joints(points, limits, where)
+    return found.motion, found.binding
+
+
+def _by_law(points: Floats, move: Move, limits: JointLimits) -> Stretchable:
+    """The motion through points (k, n) by the time law of the move, a quintic if it names none."""
     if len(points) > 2:
-        return _through(points, limits), UNKNOWN
-    law = rest_law(move.profile or "quintic")
+        return _through(points, limits)
+    law = rest_law("quintic" if move.profile in (None, *QUICKEST) else move.profile)
     bounds = {"velocity": limits.velocity, "acceleration": limits.acceleration}
-    return law.fastest(points[0], points[-1], **bounds, margin=PEAK_MARGIN, least=SHORTEST), UNKNOWN
+    return law.fastest(points[0], points[-1], **bounds, margin=PEAK_MARGIN, least=SHORTEST)
 
 
 def _beyond(robot: Robot, joint: int, worst: Violation, where: object) -> Refused:

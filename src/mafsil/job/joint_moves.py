@@ -45,16 +45,17 @@ class JointMoves:
         way = self.way_round(index, goal, None, others)
         around = None if way is None else way.plan.joint_path()
         ways = [coordinates(self.walk.job, robot, via) for via in move.via if isinstance(via, tuple)]
-        points = [self.walk.q, *ways, goal]
+        points, timed = [self.walk.q, *ways, goal], self.walk.with_profile(move)
 
         def within(limits: JointLimits) -> JointMove:
             if around is not None:
                 return motion_on_path(robot, around, move, limits, where)
-            return joint_motion(robot, points, move, limits, where)
+            return joint_motion(robot, points, timed, limits, where)
 
         limits = self.walk.scaled(move)
         planned = within(limits)
-        self.walk.remarks += decided_by(robot, planned.binding, where)
+        if move.profile is not None or around is not None:
+            self.walk.remarks += decided_by(robot, planned.binding, where)
 
         def again(limits: JointLimits, bounds: Bounds) -> float:
             return within(limits).trajectory.duration

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from mafsil.arrays import PoseMatrix
 from mafsil.job.closed_steps import ClosedSteps
 from mafsil.job.configurations import Configurations
-from mafsil.job.description import TIP_PATHS, Goal, Job, Move
+from mafsil.job.description import TIP_PATHS, Goal, Grasp, Job, Move
 from mafsil.job.equipment import Equipment, Load
 from mafsil.job.fitting import coordinates, hand_fault
 from mafsil.job.joint_moves import JointMoves
@@ -17,11 +18,13 @@ from mafsil.job.lines import Places
 from mafsil.job.neighbours import Neighbour
 from mafsil.job.plan import Plan
 from mafsil.job.poses import pose_matrix
-from mafsil.job.remark import Refusal, Refused, said_of
+from mafsil.job.remark import Refusal, Refused, Remark, said_of
 from mafsil.job.resting import starting_place
 from mafsil.job.signal_moves import SignalMoves
 from mafsil.job.tip_moves import TipMoves
+from mafsil.job.tolerance import tolerances
 from mafsil.job.walk import Walk
+from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.trajectory.profiles import rest
 
@@ -71,6 +74,10 @@ class _Planner:
             k = self.add(k, moves[k])
         self.past_neighbours()
         walk.remarks += self.signals.remarks()
+        walk.remarks += [
+            Remark("good", "job.new_parts", {"part": visible(name), "count": count})
+            for name, count in walk.parts.new.items()
+        ]
         if self.job.simulation.settle > 0.0:
             walk.append(-1, "", "settle", rest(walk.q, self.job.simulation.settle))
 
@@ -146,6 +153,8 @@ class _Planner:
         kind = "pick" if move.pick is not None else "place" if move.place else "tool"
         tip, carried = np.asarray(walk.robot.forward_kinematics(walk.q)), walk.load.carried
         begun, hold = walk.past, walk.on_tick(move.hold)
+        if move.pick is not None:
+            self.require_part(index, move.pick, tip)
         thing = -1 if move.pick is None else walk.parts.take(move.pick, tip, len(walk.legs), begun + hold)
         walk.append(index, name, kind, rest(walk.q, hold), thing=thing)
         if move.place and carried is not None:
@@ -156,10 +165,20 @@ class _Planner:
         walk.load = Load(walk.tools[move.tool])
         self.require_standing("job.tool_meets", index)
 
+    def require_part(self, index: int, part: Grasp, tip: PoseMatrix) -> None:
+        """A pick at a place where no such part lies is refused, as far as the job says where its parts lie."""
+        walk = self.walk
+        miss, allowed = walk.parts.miss(part, tip), tolerances(self.job, walk.robot, index).position
+        if miss is None or miss <= allowed:
+            return
+        key, far = ("job.none_left", {}) if np.isinf(miss) else ("job.none_here", {"distance": quantity(miss, "m")})
+        details = {"part": visible(part.name), "allowed": quantity(allowed, "m"), **far}
+        raise Refused(key, move=walk.where(index), **details)
+
     def require_standing(self, key: str, index: int) -> None:
         """A start, or a tool, that meets something as soon as it is there is refused."""
         walk, around = self.walk, self.walk.surroundings
-        parts = walk.parts.counted()
+        parts = walk.counted(index, walk.q)
         if around is not None and not around.is_free(walk.q, walk.load, None, parts):
             checker = around.checker(walk.load, None, parts)
             contact = checker.check(walk.q).contacts[0]

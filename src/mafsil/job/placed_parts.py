@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections import Counter
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.collision import Box
 from mafsil.collision import Obstacle as Body
 from mafsil.geometry import pose
-from mafsil.job.description import Grasp
+from mafsil.job.description import UNNAMED, Grasp
 from mafsil.job.payload import box_in_tip
 from mafsil.messages.visible import visible
 
@@ -22,11 +23,13 @@ class PlacedPart:
 
     Attributes:
         body: its box in {s}.
-        pick: index of the leg at which it was taken first: the same thing all the time.
+        pick: index of the leg at which it was taken first: the same thing all the time; -1 before that.
+        kind: name of the part in the job.
     """
 
     body: Body
     pick: int
+    kind: str
 
     def holds(self, point: Floats) -> bool:
         """Whether a point (3,) in {s} lies inside its box."""
@@ -60,18 +63,38 @@ class PlacedParts:
         standing: all of them.
         left: the one that was put down last, as long as the arm has not left it.
         stays: all that ever stood somewhere, with the times: for robots that do not handle them.
+        new: how often a part of each name was taken where none lay although another of that name stood elsewhere.
 
     Args:
         names: of other bodies, that parts cannot have.
+        lying: parts with places, and the poses (4, 4) of their boxes: there are no others of their names.
     """
 
-    def __init__(self, names: Container[str] = ()) -> None:
+    def __init__(self, names: Container[str] = (), lying: Iterable[tuple[Grasp, PoseMatrix]] = ()) -> None:
         self._names = names
         self.standing: tuple[PlacedPart, ...] = ()
         self.left: PlacedPart | None = None
         self.stays: tuple[Stay, ...] = ()
+        self.new: Counter[str] = Counter()
         self._count = 0
         self._held = -1
+        self._counted_kinds: set[str] = set()
+        for part, T in lying:
+            self._counted_kinds.add(part.name)
+            self._stand(part, T, 0.0)
+
+    def miss(self, part: Grasp, T_tip: PoseMatrix) -> float | None:
+        """Distance from the grip to the nearest part of that name [m]; infinite if none is left, None without places.
+
+        Args:
+            part: as the move describes it.
+            T_tip: (4, 4) pose of the tip.
+        """
+        if part.name not in self._counted_kinds:
+            return None
+        centre = (T_tip @ box_in_tip(part))[:3, 3]
+        places = [each.body.T_so[:3, 3] for each in self.standing if each.kind == part.name]
+        return min((float(np.linalg.norm(place - centre)) for place in places), default=np.inf)
 
     def put(self, part: Grasp, T_tip: PoseMatrix, time: float) -> None:
         """What is carried is let go of.
@@ -81,13 +104,17 @@ class PlacedParts:
             T_tip: (4, 4) pose of the tip.
             time: when the tool begins to open [s].
         """
+        self.left = self._stand(part, T_tip @ box_in_tip(part), time)
+
+    def _stand(self, part: Grasp, T: PoseMatrix, time: float) -> PlacedPart:
+        """One more part stands somewhere."""
         self._count += 1
         while (name := f"{visible(part.name)} {self._count}") in self._names:
             self._count += 1
-        body = Body(Box(part.size), T_tip @ box_in_tip(part), name)
-        self.left = PlacedPart(body, self._held)
-        self.standing = (*self.standing, self.left)
-        self.stays = (*self.stays, Stay(body, time))
+        one = PlacedPart(Body(Box(part.size), T, name), self._held, part.name)
+        self.standing = (*self.standing, one)
+        self.stays = (*self.stays, Stay(one.body, time))
+        return one
 
     def take(self, part: Grasp, T_tip: PoseMatrix, leg: int, time: float) -> int:
         """Something is taken: a part that stands there, or a new one; the leg at which it was taken first.
@@ -99,7 +126,9 @@ class PlacedParts:
             time: when it has been taken [s].
         """
         here = self._there(part, T_tip)
-        self._held = leg if here is None else here.pick
+        if here is None and part.name != UNNAMED and any(each.kind == part.name for each in self.standing):
+            self.new[part.name] += 1
+        self._held = leg if here is None or here.pick < 0 else here.pick
         self.standing = tuple(each for each in self.standing if each is not here)
         if here is not None:
             self.stays = tuple(replace(each, taken=time) if each.body is here.body else each for each in self.stays)
@@ -116,6 +145,7 @@ class PlacedParts:
         return tuple(each for each in self.standing if each is not self.left and each is not there)
 
     def _there(self, part: Grasp, T_tip: PoseMatrix) -> PlacedPart | None:
-        """The part in whose box the centre of what is taken lies; the last one put down of several."""
+        """The part in whose box the centre of what is taken lies; of several one of its name, the last one put down."""
         centre = (T_tip @ box_in_tip(part))[:3, 3]
-        return next((each for each in reversed(self.standing) if each.holds(centre)), None)
+        there = [each for each in self.standing if each.holds(centre)]
+        return max(enumerate(there), key=lambda one: (one[1].kind == part.name, one[0]), default=(0, None))[1]

@@ -13,7 +13,9 @@ from mafsil.model import JointLimits
 from mafsil.robot import Robot
 from mafsil.trajectory import JointPath, MotionLimits, PathMotion, jerk_limited, jerk_limited_through, time_optimal
 from mafsil.trajectory.jerk import JerkLimitedMotion
+from mafsil.trajectory.motion import Stretchable
 from mafsil.trajectory.paths.cartesian_path import CartesianPath
+from mafsil.trajectory.profiles import trapezoid
 from mafsil.trajectory.splines import PiecewisePolynomial
 from mafsil.trajectory.timing import TimeOptimal
 
@@ -77,6 +79,26 @@ def along_joints(points: Floats, limits: JointLimits, where: object) -> Quickest
     return _timed(path, _of_joints(limits), path.curve, where)
 
 
+def straight(points: Floats, limits: JointLimits, where: object) -> Stretchable:
+    """From rest to rest on the straight line between two points (2, n), by the formula of its shortest time.
+
+    Raises:
+        Refused: there is no motion within the limits; the reason names the joint.
+    """
+    start, goal = points
+    limited = np.isfinite(limits.jerk)
+    if not limited.any():
+        velocity, acceleration = limits.velocity, limits.acceleration
+        return trapezoid(start, goal, velocity=velocity, acceleration=acceleration, synchronise="phase").value
+    if not limited.all():
+        return along_joints(points, limits, where).motion
+    found = jerk_limited(start, goal, _of_joints(limits), synchronise="phase")
+    assert isinstance(found, JerkLimitedMotion)
+    if not found:
+        raise Refused("job.no_motion", move=where, reason=found)
+    return found.polynomial()
+
+
 def along_path(path: JointPath, limits: JointLimits, where: object) -> Quickest:
     """Along a path of the joints.
 
@@ -113,6 +135,27 @@ def along_line(
         jerk=np.append(own.jerk[1], [np.inf, np.inf]),
     )
     return _timed(JointPath(_with_tip(joints, tip)), limits_of_all, joints, where)
+
+
+def line_at_tip_bounds(joints: PiecewisePolynomial, rate: float, growth: float, limits: JointLimits) -> PathMotion:
+    """Along a straight line as fast as the tip may go, by formula; the joints may not follow where they are slow.
+
+    The jerk along the line is half of what the joint that is nearest to its limit allows: the other half is left for
+    the bend of its path.
+
+    Args:
+        joints: (n) coordinates over the share of the line, 0 .. 1.
+        rate, growth: largest speed and acceleration of that share [1/s, 1/s^2].
+        limits: of the joints, for this move.
+    """
+    ends = (np.zeros(1), np.ones(1))
+    slopes = np.abs(joints.at(np.linspace(0.0, 1.0, 65)).v).max(axis=0)
+    jerk = 0.5 * float((limits.jerk / np.maximum(slopes, 1e-12)).min())
+    if np.isinf(jerk):
+        return PathMotion(joints, trapezoid(*ends, velocity=rate, acceleration=growth).value)
+    found = jerk_limited(*ends, MotionLimits.of(1, velocity=rate, acceleration=growth, jerk=jerk))
+    assert isinstance(found, JerkLimitedMotion)
+    return PathMotion(joints, found.polynomial())
 
 
 def along_curve(

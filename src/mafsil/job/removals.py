@@ -11,6 +11,7 @@ from msgspec import structs
 from mafsil.arrays import Floats
 from mafsil.job.arrival import INSTANT, arrival
 from mafsil.job.description import Controller, Job, Noise
+from mafsil.job.driving_tables import WITHOUT_INERTIA
 from mafsil.job.error_split import split, worst_joint
 from mafsil.job.language.table_checks import GAINS
 from mafsil.job.law_stability import growth_along
@@ -28,8 +29,6 @@ FASTER = 4
 """Times as often is the law evaluated, to see whether its gains are too hard for the rate."""
 UNSTABLE = 1.0
 """Growth of small errors from tick to tick above which gains may be too hard."""
-WITHOUT_INERTIA = ("pid", "pd_gravity")
-"""Laws that know no inertia, and lag behind a motion."""
 PARTS = {
     "friction": "friction", "push": "push", "model": "model", "contact": "contact", "noise": "rest", "delay": "rest",
     "law": "lag", "integral": "integral",

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mafsil.arrays import JointVector
 from mafsil.job.description import QUICKEST, Bounds, Move
-from mafsil.job.quickest import UNKNOWN, Deciding, along_curve, along_line
+from mafsil.job.quickest import UNKNOWN, Deciding, along_curve, along_line, line_at_tip_bounds
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
@@ -121,9 +122,27 @@ def motion_along(
     Raises:
         Refused: it is to be driven faster than the limits allow.
     """
-    rate, growth = _tip_bounds(path, bounds, move)
     if move.profile in QUICKEST or isinstance(path, JoinedPath) or move.path == "spline":
         return _quickest(robot, joints, path, bounds, move, limits, where)
+    if move.profile is not None:
+        return _by_law(robot, joints, path, bounds, move, limits, where)
+    if move.duration is not None:
+        with suppress(Refused):
+            return _by_law(robot, joints, path, bounds, move, limits, where)
+    return _quickest(robot, joints, path, bounds, move, limits, where)
+
+
+def _by_law(
+    robot: Robot,
+    joints: PiecewisePolynomial,
+    path: TipPath,
+    bounds: Bounds,
+    move: Move,
+    limits: JointLimits,
+    where: object,
+) -> TipMotion:
+    """The path by the time law of the move, a quintic if it names none, slower where joints need more time."""
+    rate, growth = _tip_bounds(path, bounds, move)
     brisk = PathMotion(joints, _time_law(rate, growth, move))
     uniform = brisk.stretched(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))
     if move.duration is not None and move.duration >= uniform.duration:
@@ -147,6 +166,10 @@ def _quickest(
 ) -> TipMotion:
     """The path in the shortest time that joints and tip allow."""
     if isinstance(path, CartesianPath) and path.interpolation == "straight":
+        if move.profile is None and move.duration is None:
+            ruled_by_tip = line_at_tip_bounds(joints, *_tip_bounds(path, bounds, move), limits)
+            if ruled_by_tip.stretch_needed(limits) <= 1.0:
+                return TipMotion(ruled_by_tip, ruled_by_tip.duration)
         found = along_line(joints, path, bounds, move, limits, where)
     else:
         found = along_curve(robot, joints, bounds, move, limits, where)
@@ -193,7 +216,5 @@ def _tip_bounds(path: TipPath, bounds: Bounds, move: Move) -> tuple[float, float
 
 def _time_law(rate: float, growth: float, move: Move) -> Stretchable:
     """s(t) from 0 to 1, as fast as the bounds of s' and s'' allow."""
-    assert move.profile != "time_optimal"
-    assert move.profile != "jerk_limited"
-    law = rest_law(move.profile or "quintic")
+    law = rest_law("quintic" if move.profile in (None, *QUICKEST) else move.profile)
     return law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth)

@@ -45,7 +45,8 @@ class TipMoves:
         goal, where = moves[last].pose, self.walk.where(last)
         assert goal is not None
         self.walk.remarks += slowed(self.walk.robot, planned, where)
-        self.walk.remarks += decided_by(self.walk.robot, planned.binding, where)
+        if moves[last].profile is not None or moves[last].path == "spline" or first < last:
+            self.walk.remarks += decided_by(self.walk.robot, planned.binding, where)
         target = self.walk.targets(first, last, self.walk.q)[-1]
         kind = moves[last].path if first == last else "blended"
         name, timing = visible(moves[last].name), self.timing_on_path(first, last, planned)
@@ -86,7 +87,7 @@ class TipMoves:
         """Some moves without a stop between as one: the lowest of their limits, limited jerk if one asks for it."""
         moves = self.walk.job.move[first : last + 1]
         smooth = any(move.profile == "jerk_limited" for move in moves)
-        profile = "jerk_limited" if smooth else moves[-1].profile
+        profile = "jerk_limited" if smooth else self.walk.with_profile(moves[-1]).profile
         lowest = {name: _lowest(getattr(self.walk.bounds(move), name) for move in moves) for name in TIP_BOUNDS}
         lowest |= {name: _lowest(getattr(move, name) for move in moves) for name in JOINT_BOUNDS}
         speed = min(move.speed for move in moves)

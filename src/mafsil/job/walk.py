@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 from msgspec import structs
 
-from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.beside import Beside
 from mafsil.job.called import Where
 from mafsil.job.cell_signals import CellSignals
 from mafsil.job.decision import Decision
 from mafsil.job.description import TIP_BOUNDS, Bounds, Goal, Job, Move, Task
+from mafsil.job.driving_tables import WITHOUT_INERTIA
 from mafsil.job.equipment import Equipment, Load
 from mafsil.job.fitting import unit_remarks
 from mafsil.job.goals import Goals
@@ -23,7 +24,7 @@ from mafsil.job.neighbours import Neighbour, NeighbourMotion
 from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
 from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
-from mafsil.job.poses import goal_matrix
+from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.remark import Refused, Remark, said_of
 from mafsil.job.surroundings import RESTS, Surroundings, WayRound, why_not_itself
 from mafsil.job.timing import Timing
@@ -33,6 +34,7 @@ from mafsil.model import JointLimits
 from mafsil.planning import TimedArm
 from mafsil.planning.waiting_places import standing
 from mafsil.robot import Robot
+from mafsil.simulation.stored_arrays import KINEMATIC
 from mafsil.trajectory import MotionLimits, Trajectory
 
 
@@ -66,7 +68,8 @@ class Walk:
         self.beside: tuple[NeighbourMotion, ...] = ()
         self.signals = CellSignals(job, control_period(job))
         self.legs: list[Leg] = []
-        self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names)
+        lying = ((part, pose_matrix(place, degrees=self.degrees)) for part, place in job.lying)
+        self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names, lying)
         self.past = 0.0
         self.made = 0
         self.tight: list[Tight] = []
@@ -191,8 +194,21 @@ class Walk:
             self.limits,
             velocity=np.minimum(velocity, np.where(turns, move.joint_speed or np.inf, np.inf)),
             acceleration=np.minimum(acceleration, np.where(turns, move.joint_acceleration or np.inf, np.inf)),
-            jerk=self.limits.jerk * (move.speed**3 if move.profile == "jerk_limited" else np.inf),
+            jerk=self._jerk(move) * move.speed**3,
         )
+
+    def _jerk(self, move: Move) -> Floats:
+        """(n,) limits of jerk of a move: those of the description where it names no profile."""
+        if move.profile == "jerk_limited":
+            return self.limits.jerk
+        own = self.robot.limits.jerk
+        known = (own > 0.0) & (move.profile is None)
+        return np.where(known, own * self.job.limits.acceleration_scale, np.inf)
+
+    def with_profile(self, move: Move) -> Move:
+        """A move whose controller lags behind accelerations as a quintic if it names no profile, else as it is."""
+        lags = self.job.controller.kind in WITHOUT_INERTIA and self.job.simulation.plant != KINEMATIC
+        return structs.replace(move, profile="quintic") if lags and move.profile is None else move
 
     def bounds(self, move: Move) -> Bounds:
         """The bounds of the tip for one move: its own where it names them."""

@@ -55,7 +55,8 @@ def resolved(file: JobFile, others: tuple[OtherRobot, ...], folder: FilePath, er
     )
     if start.pose is not None and start.pose.relative is not None:
         raise error("job.relative_start", ("start", "pose", "relative"))
-    head = {name: getattr(file, name) for name in Head.__struct_fields__}
+    head: dict[str, Any] = {name: getattr(file, name) for name in Head.__struct_fields__}
+    head["lying"] = tuple(reader.lying())
     obstacles = tuple(reader.frames.obstacle(each, ("obstacle", k)) for k, each in enumerate(file.obstacle))
     moves, origins = tuple(move for move, _ in made), tuple(origin for _, origin in made)
     return Job(**head, start=start, obstacle=obstacles, other_robot=others, move=moves, origins=origins)
@@ -222,13 +223,22 @@ class _Resolver:
         """What is picked, of a name the part that it names."""
         if isinstance(given, str):
             named = self.looked_up(given, self.file.part, "part", path)
-            given, path = (
-                named if named.name != UNNAMED else msgspec.structs.replace(named, name=given),
-                ("part", given),
-            )
+            plain: dict[str, Any] = {name: getattr(named, name) for name in Grasp.__struct_fields__}
+            path = ("part", given)
+            given = msgspec.structs.replace(Grasp(**plain), name=given if named.name == UNNAMED else named.name)
         if given is not None and not is_possible(given):
             raise self.error("job.part_inertia", (*path, "inertia"))
         return given
+
+    def lying(self) -> Iterator[tuple[Grasp, Pose]]:
+        """Each part that lies somewhere at the beginning, and where."""
+        for name, given in self.file.part.items():
+            part, path = self.part(name, ("part",)), ("part", name, "at")
+            assert part is not None
+            if isinstance(given.at, str):
+                yield from ((part, pose_of(T)) for _, T in self.looked_up(given.at, self.places, "pattern", path))
+            elif given.at is not None:
+                yield part, pose_of(self.frames.placed(given.at, path))
 
     def goal(self, given: PlacedGoal | str | None, path: Path, frames: Frames) -> Goal | None:
         """A goal, of a name the pose that it names."""

@@ -152,6 +152,17 @@ class PlacedStart(Part, frozen=True, kw_only=True):
     tool: str | None = None
 
 
+class LyingPart(Grasp, frozen=True, kw_only=True):
+    """A part by its name, and where it lies.
+
+    Attributes:
+        at: pose of the centre of its box at the beginning; of a name one part at each place of the pattern. If None,
+            a new part is taken wherever none lies.
+    """
+
+    at: Placed | str | None = None
+
+
 class JobFile(Head, frozen=True, kw_only=True):
     """A whole job file.
 
@@ -172,7 +183,7 @@ class JobFile(Head, frozen=True, kw_only=True):
     pose: dict[str, PlacedGoal] = msgspec.field(default_factory=dict[str, PlacedGoal])
     configuration: dict[str, tuple[float, ...]] = msgspec.field(default_factory=dict[str, tuple[float, ...]])
     pattern: dict[str, Pattern] = msgspec.field(default_factory=dict[str, Pattern])
-    part: dict[str, Grasp] = msgspec.field(default_factory=dict[str, Grasp])
+    part: dict[str, LyingPart] = msgspec.field(default_factory=dict[str, LyingPart])
     obstacle: tuple[PlacedObstacle, ...] = ()
     other_robot: tuple[OtherProgram, ...] = ()
     move: tuple[Statement, ...]
