@@ -1,3 +1,4 @@
+from mafsil import book as book
 from mafsil import collision as collision
 from mafsil import control as control
 from mafsil import derivation as derivation

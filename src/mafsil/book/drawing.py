@@ -1,0 +1,93 @@
+"""Live objects as elements of a panel: linkages, arms, contacts with their cones, solids."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, Vector3
+from mafsil.figures.panel import BLUE, COLOURS, INK, SOFT, Panel
+from mafsil.mobility.linkages import Kind, Linkage, body_poses
+
+MARKERS = {Kind.PRISMATIC: "s", Kind.SPHERICAL: "o", Kind.UNIVERSAL: "P", Kind.CYLINDRICAL: "D", Kind.PIN_IN_SLOT: "d"}
+
+
+def add_linkage(panel: Panel, linkage: Linkage, theta: ArrayLike | None = None, *, letters: bool = True) -> Panel:
+    """Bodies as lines or polygons through their joints, named by the bodies; joints as markers, driven ones in green.
+
+    Args:
+        panel: in the plane, for a linkage that moves in it; else in space.
+        linkage: as drawn.
+        theta: (F,) closed configuration [rad | m]; as drawn if None.
+        letters: write the names of the joints.
+    """
+    T = body_poses(linkage, np.zeros(linkage.coordinates) if theta is None else np.asarray(theta, np.float64))
+    size = 2 if linkage.planar else 3
+    for k, body in enumerate(linkage.bodies):
+        own = [joint for joint in linkage.joints if body in (joint.parent, joint.child)]
+        points = np.array([T[k, :3, :3] @ joint.point + T[k, :3, 3] for joint in own])[:, :size]
+        points = points[_around(points)]
+        if body == linkage.ground:
+            panel.dots(points, SOFT, "^" if size == 2 else "s", 12.0 if size == 2 else 5.0, body)
+        elif len(points) > 2:
+            panel.fill(points, COLOURS[k % 6], name=body)
+        else:
+            panel.line(points, COLOURS[k % 6], width=3.0, name=body)
+    for joint in linkage.joints:
+        parent = T[linkage.bodies.index(joint.parent)]
+        point = (parent[:3, :3] @ joint.point + parent[:3, 3])[:size]
+        panel.dots(point, BLUE if joint.actuated else INK, MARKERS.get(joint.kind, "o"), 7.0, f"joint {joint.name}")
+        if letters:
+            grounded = linkage.ground in (joint.parent, joint.child)
+            panel.label(point, f"${joint.name}$", offset=(0.0, -14.0) if grounded else (9.0, 9.0))
+    return panel
+
+
+def _around(points: Floats) -> list[int]:
+    """Order of points around their middle, in the plane that fits them best."""
+    middle = points - points.mean(axis=0)
+    flat = middle @ np.linalg.svd(middle, full_matrices=False)[2][:2].T
+    return np.argsort(np.arctan2(flat[:, -1], flat[:, 0])).tolist()
+
+
+def circle(centre: ArrayLike, normal: ArrayLike, radius: float, span: tuple[float, float] = (0.0, 2 * np.pi)) -> Floats:
+    """(73, 3) points of a circle in space, or of its part between two angles [rad].
+
+    Args:
+        centre: (3,) [m].
+        normal: (3,) of its plane.
+        radius: [m].
+        span: first and last angle, from a direction across the normal.
+    """
+    across = frame_about(np.asarray(normal, np.float64))
+    t = np.linspace(*span, 73)
+    return np.asarray(centre) + radius * (np.cos(t)[:, None] * across[:, 0] + np.sin(t)[:, None] * across[:, 1])
+
+
+def frame_about(axis: Vector3) -> Floats:
+    """(3, 3) a rotation whose z axis is a direction."""
+    z = axis / np.linalg.norm(axis)
+    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
+    x = x / np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def tube(start: ArrayLike, end: ArrayLike, radius: float, tip: float | None = None) -> Floats:
+    """(2, 25, 3) mantle of a cylinder, or of a cone where the radius at its end differs.
+
+    Args:
+        start, end: (3,) of its axis [m].
+        radius: at the start [m].
+        tip: radius at the end [m]; the same if None.
+    """
+    a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
+    R, t = frame_about(b - a), np.linspace(0, 2 * np.pi, 25)
+    ring = np.cos(t)[:, None] * R[:, 0] + np.sin(t)[:, None] * R[:, 1]
+    return np.stack([a + radius * ring, b + (radius if tip is None else tip) * ring])
+
+
+def sphere(radius: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Floats:
+    """(25, 37, 3) points of a sphere."""
+    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 37), np.linspace(0, np.pi, 25))
+    unit = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
+    return np.asarray(centre) + radius * unit
