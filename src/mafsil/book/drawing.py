@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3
 from mafsil.figures.panel import ACCENT, BLUE, COLOURS, GREEN, INK, SOFT, Panel
+from mafsil.grasp import Grasp
 from mafsil.mobility.linkages import Kind, Linkage, body_poses
 from mafsil.robot import Robot
 
@@ -29,7 +30,7 @@ def add_linkage(panel: Panel, linkage: Linkage, theta: ArrayLike | None = None, 
     for k, body in enumerate(linkage.bodies):
         own = [joint for joint in linkage.joints if body in (joint.parent, joint.child)]
         points = np.array([T[k, :3, :3] @ joint.point + T[k, :3, 3] for joint in own])[:, :size]
-        points = points[_around(points)]
+        points = around(points)
         if body == linkage.ground:
             panel.dots(points, SOFT, "^" if size == 2 else "s", 12.0 if size == 2 else 5.0, body)
         elif len(points) > 2:
@@ -91,6 +92,31 @@ def add_arm(
     return panel
 
 
+def add_contacts(panel: Panel, grasp: Grasp, scale: float, *, letters: bool = True) -> Panel:
+    """Contacts with their normals `normal 0`, ... and, with friction, their cones `cone 0`, ...; numbers beside them.
+
+    Args:
+        panel: of the dimension of the grasp.
+        grasp: whose contacts are drawn.
+        scale: length of cones and normals [m].
+        letters: write the numbers.
+    """
+    for k, contact in enumerate(grasp.contacts):
+        p, n = contact.point, contact.normal
+        if contact.mu and grasp.dimension == 2:
+            edges = [n + side * contact.mu * contact.tangents[0] for side in (-1, 1)]
+            ends = [p + scale * edge / np.linalg.norm(edge) for edge in edges]
+            panel.fill([p, *ends], BLUE, name=f"cone {k}")
+        elif contact.mu:
+            panel.surface(tube(p, p + scale * n, 0.0, scale * contact.mu), BLUE, 0.35, f"cone {k}")
+        panel.arrow(p - 0.8 * scale * n, 0.8 * scale * n, name=f"normal {k}").dots(
+            p, name=f"contact {k}"
+        )
+        if letters:
+            panel.label(p - 1.0 * scale * n, str(k + 1))
+    return panel
+
+
 def arm_points(robot: Robot, q: Floats, through: Sequence[tuple[int, ArrayLike]] | None = None) -> Floats:
     """(k, 3) corners of the line that stands for an arm, then its tip; arguments as for `add_arm`."""
     poses, tip = robot.link_poses(q), np.asarray(robot.forward_kinematics(q))[:3, 3]
@@ -101,11 +127,11 @@ def arm_points(robot: Robot, q: Floats, through: Sequence[tuple[int, ArrayLike]]
     return np.array([*corners, tip])
 
 
-def _around(points: Floats) -> list[int]:
-    """Order of points around their middle, in the plane that fits them best."""
+def around(points: Floats) -> Floats:
+    """Points in order around their middle, in the plane that fits them best."""
     middle = points - points.mean(axis=0)
     flat = middle @ np.linalg.svd(middle, full_matrices=False)[2][:2].T
-    return np.argsort(np.arctan2(flat[:, -1], flat[:, 0])).tolist()
+    return points[np.argsort(np.arctan2(flat[:, -1], flat[:, 0]))]
 
 
 def rim(radius: float, angle: float | None = None) -> Floats:

@@ -83,7 +83,7 @@ class _Maker:
     sliders: Mapping[str, Slider]
 
 
-CHAPTERS = ("chapter_2",)
+CHAPTERS = ("chapter_2", "chapter_3", "chapter_4")
 _INDEX: Index[_Maker] = Index(CHAPTERS, "book.unknown_figure")
 
 
