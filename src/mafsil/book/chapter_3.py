@@ -11,8 +11,8 @@ from mafsil.book.drawing import add_contacts, rim, tube
 from mafsil.book.entry import EntryStatus, Fact, Slider
 from mafsil.book.figure import Drawing, draws
 from mafsil.figures.panel import ACCENT, BLUE, GREEN, PALE, RED, SECOND, SOFT, Panel
-from mafsil.grasp.hull import convex_hull
 from mafsil.grasp import Contact, Grasp, contact_state, eliminate, friction_angle, three_fingers, two_fingers
+from mafsil.grasp.hull import convex_hull
 
 REBUILT = EntryStatus.REBUILT
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -225,8 +225,10 @@ def _cut_cone(tilt: float, alpha: float, half_angle: float) -> Panel:
     panel = Panel(azimuth=-75.0).fill(plane, SOFT, 0.2, name="plane S")
     panel.surface(tube(np.zeros(3), cos(alpha) * axis, 0.0, sin(alpha)), BLUE, 0.35, "cone")
     panel.arrow(np.zeros(3), axis, r"$\hat n$", name="normal").dots(np.zeros(3), width=6.0, name="apex")
-    if tilt <= alpha + 1e-12:
-        angles = np.linspace(-half_angle, half_angle, 25)
-        arc = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
+    angles = np.linspace(-half_angle, half_angle, 25)
+    arc = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
+    if half_angle > 1e-6:
         panel.fill(np.vstack([np.zeros(3), arc]), ACCENT, 0.5, name="section")
+    elif tilt <= alpha:
+        panel.line([np.zeros(3), arc[0]], ACCENT, width=3.0, name="section")
     return panel.line(np.array([[0, -0.8, 0], [0, 0.8, 0]]), PALE)

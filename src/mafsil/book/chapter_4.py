@@ -212,10 +212,8 @@ def angular_velocity(rate: float) -> Drawing:
     turned.arrow((0, 0, 0), 1.3 * axis, r"$\omega$", colour=SECOND, name="omega")
     velocity = rate * np.cross(axis, x)
     way = rotation.from_axis_angle(axis, np.linspace(0, 2 * pi, 73)) @ x
-    tangent = (
-        Panel(zoom=1.35).line(way, SOFT, ":", name="circle")
+    tangent = Panel(zoom=1.35).line(way, SOFT, ":", name="circle")
     tangent.arrow((0, 0, 0), x, r"$\hat x$", colour=RED, name="x")
-    )
     tangent.arrow(x, velocity, r"$\dot{\hat x} = \omega \times \hat x$", name="velocity", reach=1.6)
     tangent.arrow((0, 0, 0), 1.3 * axis, r"$\omega$", colour=SECOND, name="omega")
     facts = Fact("speed", float(np.linalg.norm(velocity)), unit="1/s"), Fact("along", float(velocity @ x))

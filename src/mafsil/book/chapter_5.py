@@ -13,7 +13,7 @@ from mafsil.book.figure import Drawing, draws
 from mafsil.figures.panel import ACCENT, BLUE, PALE, RED, SECOND, SOFT, Panel
 from mafsil.geometry import pose, rotation, screw
 from mafsil.model.denavit_hartenberg import DHRow
-from mafsil.model.dh_link import link_fit, link_pose
+from mafsil.model.dh_link import four_motions, link_fit
 from mafsil.model.library import planar, textbook
 from mafsil.robot import Robot
 
@@ -47,7 +47,7 @@ def link_to_a_prismatic_joint(alpha: float, a: float, d: float, theta: float) ->
 
 def _link(row: DHRow, q: float = 0.0) -> Drawing:
     """Frames {i-1} and {i}, the common normal and the offset between them."""
-    T = np.asarray(link_pose(row, q))
+    T = four_motions(row, "modified", q)[-1].frame
     fit = link_fit(T)
     foot, z = np.array([row.a, 0.0, 0.0]), T[:3, 2]
     panel = Panel().frame(np.eye(4), 0.45, "i-1").frame(T, 0.45, "i")
@@ -55,7 +55,7 @@ def _link(row: DHRow, q: float = 0.0) -> Drawing:
         panel.line([point - 0.6 * axis, point + 1.3 * axis], SOFT, "--" if row.kind == "P" else "-.", 1.2, name)
     panel.line([np.zeros(3), foot], ACCENT, width=3.0, name="a").label(foot / 2, "$a_{i-1}$", ACCENT)
     panel.line([foot, T[:3, 3]], SECOND, width=3.0, name="d").label((foot + T[:3, 3]) / 2, "$d_i$", SECOND)
-    panel.line([foot, foot + [0, 0, 0.5]], PALE, "--")
+    panel.line([foot, foot + 0.5 * np.eye(3)[2]], PALE, "--")
     panel.label(foot + 0.55 * np.array([0, -np.sin(row.alpha / 2), np.cos(row.alpha / 2)]), r"$\alpha_{i-1}$", RED)
     panel.label(T[:3, 3] + 0.55 * rotation.from_axis_angle(z, -row.theta / 2) @ T[:3, 0], r"$\theta_i$", BLUE)
     found = np.array([fit.row.alpha, fit.row.a, fit.row.d, fit.row.theta])
@@ -102,14 +102,14 @@ def elbow_arm(q2: float, q3: float, q5: float) -> Drawing:
     """Shoulder in the origin, elbow, and a wrist whose three axes meet."""
     robot, q = Robot(textbook.elbow6r(1.0, 0.9)), np.array([0.0, q2, q3, 0.0, q5, 0.0])
     J = robot.jacobian_space(q)
-    facts = Fact("rank", int(np.linalg.matrix_rank(J, tol=1e-9))), Fact("wrist", _meeting(J[:, 3:]), unit="m")
+    facts = Fact("rank", int(np.linalg.matrix_rank(J, tol=1e-9))), Fact("wrist", meeting_point(J[:, 3:]), unit="m")
     return Drawing({"arm": _arm(robot, q)}, {"robot": robot, "q": q}, facts)
 
 
-def _meeting(columns: Floats) -> Floats:
-    """(3,) the point nearest to some axes: where their velocities vanish, -p x omega = v, by least squares."""
-    rows = np.vstack([rotation.skew(S[:3]) for S in columns.T])
-    return np.linalg.lstsq(rows, np.concatenate([-S[3:] for S in columns.T]) * -1.0, rcond=None)[0]
+def meeting_point(columns: Floats) -> Floats:
+    """(3,) the point nearest to some axes: where omega x p = -v for all of them, by least squares."""
+    rows = np.vstack([rotation.hat(S[:3]) for S in columns.T])
+    return np.asarray(np.linalg.lstsq(rows, -columns[3:].T.ravel(), rcond=None)[0], np.float64)
 
 
 @draws("5.8", q1=Slider(-pi, pi, 0.6), q2=Slider(-pi, pi, 0.5), q3=Slider(-pi, pi, -0.7))
@@ -147,5 +147,3 @@ def arm_rrprrr_with_screws(q2: float, q3: float) -> Drawing:
     J = robot.jacobian_space(np.zeros(6))
     facts = Fact("S5", J[:, 4], (1, 0, 0, 0, 0, -1)), Fact("rank", int(np.linalg.matrix_rank(J, tol=1e-9)))
     return Drawing({"arm": _arm(robot, q)}, {"robot": robot, "q": q}, facts)
-
-

@@ -109,9 +109,7 @@ def add_contacts(panel: Panel, grasp: Grasp, scale: float, *, letters: bool = Tr
             panel.fill([p, *ends], BLUE, name=f"cone {k}")
         elif contact.mu:
             panel.surface(tube(p, p + scale * n, 0.0, scale * contact.mu), BLUE, 0.35, f"cone {k}")
-        panel.arrow(p - 0.8 * scale * n, 0.8 * scale * n, name=f"normal {k}").dots(
-            p, name=f"contact {k}"
-        )
+        panel.arrow(p - 0.8 * scale * n, 0.8 * scale * n, name=f"normal {k}").dots(p, name=f"contact {k}")
         if letters:
             panel.label(p - 1.0 * scale * n, str(k + 1))
     return panel

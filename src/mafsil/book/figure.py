@@ -83,7 +83,7 @@ class _Maker:
     sliders: Mapping[str, Slider]
 
 
-CHAPTERS = ("chapter_2", "chapter_3", "chapter_4")
+CHAPTERS = ("chapter_2", "chapter_3", "chapter_4", "chapter_5", "chapter_6")
 _INDEX: Index[_Maker] = Index(CHAPTERS, "book.unknown_figure")
 
 
