@@ -1,3 +1,4 @@
+from mafsil import book as book
 from mafsil import collision as collision
 from mafsil import control as control
 from mafsil import derivation as derivation
@@ -7,7 +8,6 @@ from mafsil import identification as identification
 from mafsil import ik as ik
 from mafsil import mobility as mobility
 from mafsil import model as model
-from mafsil import one_joint as one_joint
 from mafsil import parallel as parallel
 from mafsil import performance as performance
 from mafsil import planning as planning
