@@ -78,7 +78,7 @@ def error_response(damping_ratio: float) -> Drawing:
 
 def _locus(locus: oj.RootLocus, gains: dict[float, str], limits: tuple[float, float, float, float]) -> Panel:
     """Branches, and crosses at gains with their colours."""
-    panel = Panel(("Re $s$ [1/s]", "Im $s$ [1/s]"), limits=limits)
+    panel = Panel(("Re $s$ [1/s]", "Im $s$ [1/s]"), limits=limits, equal=False)
     for k in range(locus.roots.shape[1]):
         branch = locus.roots[:, k]
         panel.line(np.column_stack([branch.real, branch.imag]), SOFT, width=1.4, name=f"branch {k}")
@@ -99,8 +99,8 @@ def roots_of_pd() -> Drawing:
     for gain, colour in colours.items():
         error = oj.SecondOrder.of_joint(0.5, 10.1, gain).response(t)
         responses.line(np.column_stack([t, error]), colour, width=2.0, name=f"response {gain:g}")
-        at = int(np.argmin(np.abs(error - 0.35)))
-        responses.label([t[at], error[at]], f"$K_p = {gain:.4g}$", colour, (38, 6), 8.0)
+        at = int(np.argmin(np.abs(error - (0.25 if gain < 40.0 else 0.7 if gain < 100.0 else -0.1))))
+        responses.label([t[at], error[at]], f"$K_p = {gain:.4g}$", colour, (38, -14 if gain > 100.0 else 10), 8.0)
     loops = oj.SecondOrder.of_joint(0.5, 10.1, kp)
     facts = (
         Fact("kp", kp), Fact("settling", loops.settling_time(), unit="s"), Fact("rule", loops.settling_by_rule, unit="s"),
@@ -150,7 +150,7 @@ def _program(text: str, t: Floats, error: Floats, marks: tuple[float, ...]) -> d
     graph = Panel((TIME, ERROR), equal=False).line(np.column_stack([t, error]), BLUE, width=1.8, name="error")
     at = [int(round(mark / (t[1] - t[0]))) for mark in marks]
     graph.dots(np.column_stack([t[at], error[at]]), ACCENT, name="marks")
-    code = Panel(limits=(0.0, 1.0, -1.0, 0.0), equal=False).code([0.02, -0.03], text)
+    code = Panel(limits=(0.0, 1.0, -1.0, 0.0), equal=False).code([0.02, -0.03], text, 8.5)
     return {"a": code, "b": graph}
 
 
@@ -280,7 +280,7 @@ def wrist_sensor() -> Drawing:
         panel.surface(tube([0, 0, span[0]], [0, 0, span[1]], radius), colour, 0.6, name)
         panel.line(circle([0, 0, span[1]], [0.0, 0.0, 1.0], radius), colour, width=1.2)
     panel.arrow(lever, 0.02 * force, "$f$", colour=RED, name="force")
-    panel.arrow([0, 0, 0.11], 0.02 * weight, "$mg$", colour=INK, name="weight").frame(np.eye(4), 0.11, "sensor")
+    panel.arrow([0.02, 0, 0.12], 0.02 * weight, "$mg$", colour=INK, name="weight").frame(np.eye(4), 0.11, "c")
     felt = np.concatenate([np.cross(lever, force), force + weight])
     facts = [Fact("felt", felt, unit="N m, N")]
     return Drawing({"a": panel}, {"lever": lever, "force": force, "weight": weight}, facts)
