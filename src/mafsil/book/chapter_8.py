@@ -21,10 +21,6 @@ from mafsil.parallel.planar import output_angles, singular_points
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def _closed(points: Floats) -> Floats:
-    return np.vstack([points, points[:1]])
-
-
 @draws("8.1", height=Slider(0.8, 2.4, 1.6, "m"), turn=Slider(-1.0, 1.0, 0.2))
 def stewart_platform(height: float, turn: float) -> Drawing:
     """A platform on six legs, frames of base and platform, and the vectors of a leg."""
@@ -149,7 +145,8 @@ def _five_bar(
     places = np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)])
     finding = robot.singularity(theta[:4], driven)
     panel = Panel().line([[0, 0], [robot.ground, 0]], SOFT, "--").line(places, BLUE, width=4.0, name="bars")
-    panel.dots(places, "white", width=8.0, name="joints").dots(places[[*driven]], RED, width=10.0, name="driven")
+    panel.dots(places, INK, width=9.0, name="joints").dots(places, "white", width=5.5)
+    panel.dots(places[[*driven]], RED, width=10.0, name="driven")
     if finding.blocked.size:
         along = 0.5 * robot.chain.size * np.ravel(finding.blocked)[:2]
         panel.line([places[2] - along, places[2] + along], RED, ":", 2.0, name="blocked")

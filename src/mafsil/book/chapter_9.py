@@ -18,7 +18,7 @@ def free_body_of_a_link(elbow: float) -> Drawing:
     q = np.array([0.4, elbow, -0.5])
     places = np.array([robot.forward_kinematics(q, frame=link.name)[:3, 3] for link in robot.mechanism.links[-3:]])
     start, end = places[1, :2], places[2, :2]
-    reactions = np.asarray(joint_reactions(robot, q))
+    reactions = joint_reactions(robot, q)
     panel = Panel().line([start, end], BLUE, width=9.0, name="link").dots([start, end], "#2a2a2a", width=8.0)
     middle = (start + end) / 2
     along = (end - start) / np.linalg.norm(end - start)
