@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3
+from mafsil.control.analysis.block_diagram import BlockDiagram
 from mafsil.figures.panel import ACCENT, BLUE, COLOURS, GREEN, INK, SOFT, Panel
 from mafsil.grasp import Grasp
+from mafsil.messages import in_line, say
 from mafsil.mobility.linkages import Kind, Linkage, body_poses
 from mafsil.robot import Robot
 
@@ -180,3 +182,44 @@ def sphere(radius: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Floats:
     u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 37), np.linspace(0, np.pi, 25))
     unit = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
     return np.asarray(centre) + radius * unit
+
+
+def add_blocks(panel: Panel, diagram: BlockDiagram) -> Panel:
+    """Blocks of a closed loop as boxes named by the blocks, signals as arrows named `start > end`.
+
+    Args:
+        panel: in the plane.
+        diagram: of `mafsil.control.block_diagram`.
+    """
+    words = {block.name: _block_words(block.name, block.text) for block in diagram.blocks}
+    half = [0.0] * (1 + max(block.column for block in diagram.blocks))
+    for block in diagram.blocks:
+        longest = max(map(len, words[block.name].split("\n")))
+        half[block.column] = max(half[block.column], 0.4 + 0.11 * longest)
+    x = [half[0] + 2 * sum(half[:k]) - half[0] + half[k] + 1.1 * k for k in range(len(half))]
+    centre = {block.name: np.array([x[block.column], -1.5 * block.row]) for block in diagram.blocks}
+    wide = {block.name: np.array([half[block.column], 0.0]) for block in diagram.blocks}
+    high, low = np.array([0.0, 0.5]), min(place[1] for place in centre.values()) - 1.3
+    for name, place in centre.items():
+        corners = [place - wide[name] + high, place + wide[name] + high, place + wide[name] - high]
+        panel.fill([*corners, place - wide[name] - high], BLUE, 0.08, name=name).label(place, words[name], width=7.5)
+    for arrow in diagram.arrows:
+        a, b, name = centre[arrow.start], centre[arrow.end], f"{arrow.start} > {arrow.end}"
+        if a[0] == b[0]:
+            ends = [a - high, b + high]
+        elif a[0] < b[0]:
+            ends = [a + wide[arrow.start], b - wide[arrow.end]]
+        else:
+            y, entry = (low, b - wide[arrow.end]) if arrow.start == "sensors" else (a[1] - 0.9, b - high)
+            corner = entry[0] - (0.6 if arrow.start == "sensors" else 0.0)
+            panel.line([a - high, [a[0], y], [corner, y], [corner, entry[1]]], SOFT, width=1.2)
+            ends = [np.array([corner, min(entry[1], y) if corner == entry[0] else entry[1]]), entry]
+        panel.arrow(ends[0], ends[1] - ends[0], colour=SOFT, width=1.2, name=name)
+        if arrow.signal and a[0] <= b[0] and arrow.start != "trajectory":
+            panel.label((ends[0] + ends[1]) / 2, arrow.signal, width=7.0)
+    return panel
+
+
+def _block_words(name: str, text: str) -> str:
+    known = "" if name == "sum" or name.startswith("term") else in_line(say(f"pictures.block_{name}"))
+    return "\n".join(part for part in (known, text) if part)

@@ -25,6 +25,7 @@ class Drawing:
         objects: live, by name.
         facts: numbers that the figure states.
         columns: number of panels beside each other.
+        cell: width and height of a panel [inch].
         picture: draws the matplotlib figure instead of the panels, from another module of `mafsil.figures`.
     """
 
@@ -32,6 +33,7 @@ class Drawing:
     objects: Mapping[str, Any] = field(default_factory=dict[str, Any])
     facts: Iterable[Fact] = ()
     columns: int | None = None
+    cell: tuple[float, float] | None = None
     picture: Callable[[], Any] | None = None
 
 
@@ -58,7 +60,7 @@ class Figure(Entry):
         if self.drawing.picture is not None:
             return self.drawing.picture()
         headings = {name: self.words(name) for name in self.panels}
-        return draw_panels(self.panels, headings, self.title, self.drawing.columns)
+        return draw_panels(self.panels, headings, self.title, self.drawing.columns, self.drawing.cell)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Draw it into a file.
@@ -83,7 +85,17 @@ class _Maker:
     sliders: Mapping[str, Slider]
 
 
-CHAPTERS = ("chapter_2", "chapter_3", "chapter_4", "chapter_5", "chapter_6")
+CHAPTERS = (
+    "chapter_2",
+    "chapter_3",
+    "chapter_4",
+    "chapter_5",
+    "chapter_6",
+    "chapter_7",
+    "chapter_8",
+    "chapter_9",
+    "chapter_10",
+)
 _INDEX: Index[_Maker] = Index(CHAPTERS, "book.unknown_figure")
 
 

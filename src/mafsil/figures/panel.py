@@ -140,6 +140,10 @@ class Panel:
         """A word at a point, moved by an offset [point]."""
         return self._add("label", place, "", text=text, colour=colour, offset=offset, width=width)
 
+    def code(self, place: Points, text: str, width: float = 7.5) -> Panel:
+        """Lines of a program, from a point to the right and downwards."""
+        return self._add("label", place, "code", text=text, style="code", width=width)
+
     def surface(self, points: Floats, colour: str = PALE, alpha: float = 0.4, name: str = "") -> Panel:
         """A grid (m, n, 3) of points."""
         return self._add("surface", points, name, colour=colour, alpha=alpha)
@@ -184,7 +188,11 @@ class Panel:
 
 
 def draw_panels(
-    panels: Mapping[str, Panel], headings: Mapping[str, str], title: str, columns: int | None = None
+    panels: Mapping[str, Panel],
+    headings: Mapping[str, str],
+    title: str,
+    columns: int | None = None,
+    cell: tuple[float, float] | None = None,
 ) -> Any:
     """A matplotlib figure of panels side by side.
 
@@ -193,20 +201,22 @@ def draw_panels(
         headings: of the panels that have one, by name.
         title: above all of them.
         columns: number of panels beside each other; three at most if None.
+        cell: width and height of a panel [inch].
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     across = min(len(panels), 3) if columns is None else columns
     down = ceil(len(panels) / across)
-    width, height = (5.6, 5.0) if len(panels) == 1 else (3.9 * across, 3.7 * down)
+    size = cell or ((5.6, 5.0) if len(panels) == 1 else (3.9, 3.7))
+    width, height = size[0] * across, size[1] * down
     figure = Figure(figsize=(width, height + 0.5))
     FigureCanvasAgg(figure)
     top = height / (height + 0.5)
     for k, (name, panel) in enumerate(panels.items()):
         column, row = k % across, k // across
-        cell = (column / across, top * (1 - (row + 1) / down), 1 / across, top / down)
-        _panel(figure, panel, cell, headings.get(name, ""))
+        place = (column / across, top * (1 - (row + 1) / down), 1 / across, top / down)
+        _panel(figure, panel, place, headings.get(name, ""))
     space.title(figure, title)
     return figure
 
@@ -282,6 +292,8 @@ def _fill(axes: Any, element: Element) -> Any:
 def _label(axes: Any, element: Element) -> Any:
     ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6}
     look = {"color": element.colour, "fontsize": element.width, "ha": "center", "va": "center", "zorder": 9}
+    if element.style == "code":
+        look |= {"ha": "left", "va": "top", "family": "monospace"}
     if element.points.shape[1] == 3:
         return axes.text(*element.points[0], element.text, bbox=ground, **look)
     return axes.annotate(
