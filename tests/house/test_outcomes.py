@@ -138,7 +138,7 @@ ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "mobility": (lambda: mf.mobility("delta"), True),
     "mobility of loops": (lambda: mf.mobility("peaucellier"), True),
     "structure of bars": (lambda: mf.mobility("truss"), False),
-    "redundancy": (lambda: mobility.redundancy(mobility.library.peaucellier()), True),
+    "redundant_constraints": (lambda: mobility.redundant_constraints(mobility.library.peaucellier()), True),
     "assembly": (lambda: mobility.assembly_modes(mobility.library.watt(), {"01": 0.1}), True),
     "curve": (lambda: mobility.trace(mobility.library.four_bar()), True),
     "surface": (lambda: mobility.trace_surface(mobility.library.chain(2)), True),

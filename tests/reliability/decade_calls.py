@@ -211,8 +211,9 @@ CALLS = (
     "planning.planar_arm(lengths=[1.0, 1.0], world=WORLD, thickness=0.1, base=(0.0, 0.0))",
     "planning.watch(query=QUERY, seconds=1.0, max_nodes=20)",
     # simulation
-    "simulation.chalk_on_board(robot=R6, q=Q6, length=0.05, press=5.0, friction=0.2, duration=1.0)",
-    "simulation.eraser_on_board(robot=R6, q=Q6, length=0.05, press=8.0, half_width=0.02, friction=0.2, duration=1.0)",
+    "simulation.chalk_on_board(robot=R6, q=Q6, length=0.05, normal_force=5.0, friction=0.2, duration=1.0)",
+    "simulation.eraser_on_board(robot=R6, q=Q6, length=0.05, normal_force=8.0, half_width=0.02, friction=0.2, "
+    "duration=1.0)",
     "simulation.learn(scenario=SHORT, passes=2, gain=1.0, cutoff=20.0)",
     "simulation.learning_factor(gains=GAINS, gain=1.0, cutoff=20.0)",
     "simulation.monte_carlo(scenario=SHORT, variation=VARIED, runs=2, bound=0.1)",
