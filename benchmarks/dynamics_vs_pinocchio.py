@@ -105,7 +105,7 @@ def measured(name: str, quick: bool) -> Iterator[dict[str, Any]]:
 
 def routine(robot: Robot, names: tuple[str, ...]) -> Callable[..., Any]:
     """The routine of one quantity, or of several at once."""
-    return getattr(robot, names[0]) if len(names) == 1 else robot.together(*names)
+    return getattr(robot, names[0]) if len(names) == 1 else robot.fused_routine(*names)
 
 
 def _batch_tasks(

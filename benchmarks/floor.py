@@ -17,7 +17,7 @@ from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
 from mafsil.mechanics.catalogue import quantity
 from mafsil.model import Mechanism
-from mafsil.robot.trace import trace_together
+from mafsil.robot.trace import trace_fused
 
 CHAINS = 16
 PRODUCTS = frozenset(("mul", "fma", "fms", "fnma", "fnms"))
@@ -27,7 +27,7 @@ SINCOS_PRODUCTS = 23
 
 def floor_ns(mechanism: Mechanism, names: tuple[str, ...], rows: int) -> tuple[float, float]:
     """Nanoseconds of one evaluation that the products alone, and the writing of the results alone, take at best."""
-    tape = reduce(read(trace_together(mechanism, [quantity(name) for name in names], None)))
+    tape = reduce(read(trace_fused(mechanism, [quantity(name) for name in names], None)))
     products = sum(node.op in PRODUCTS for node in tape.nodes)
     angles = {node.args for node in tape.nodes if node.op in ("sin", "cos")}
     size = 8 * sum(tape.output_sizes)

@@ -75,8 +75,8 @@ class UnknownNameError(MafsilError, AttributeError):
 
     def __init__(self, owner: str, name: str, known: Iterable[str]) -> None:
         """Args: what has no such attribute, the attribute, and the names that there are, `mf.x` those elsewhere."""
-        public = [(_plain(each.rpartition(".")[2]), each) for each in known if not each.startswith("_")]
-        plain, other = _plain(name), other_words.attribute(name)
+        public = [(letters_of(each.rpartition(".")[2]), each) for each in known if not each.startswith("_")]
+        plain, other = letters_of(name), other_words.attribute(name)
         close = [each for key, each in public if key == plain]
         close.sort(key=lambda each: each.rpartition(".")[2] != name)
         within = owner.replace("mafsil", "mf", 1) + "."
@@ -162,8 +162,13 @@ def warn(warning: MafsilWarning) -> None:
     warnings.warn(warning, stacklevel=level)
 
 
-def _plain(name: str) -> str:
-    return name.casefold().replace("_", "")
+def letters_of(name: str) -> str:
+    """Letters and digits of a name in small letters: names that differ in nothing else are taken for the same.
+
+    Args:
+        name: as typed.
+    """
+    return "".join(c for c in name.casefold() if c.isalnum())
 
 
 def _unknown_name(details: dict[str, object]) -> UnknownNameError:

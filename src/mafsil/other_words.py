@@ -77,6 +77,8 @@ ATTRIBUTES: dict[str, str] = {
     "locked_subsets": "mf.mobility.mobility_with_locked_joints",
     "redundancy": "mf.mobility.redundant_constraints(linkage), mf.ik.redundancy(robot)",
     "configuration_space": "mf.planning.configuration_space_obstacles(arm), mf.mobility.configuration_space(linkage)",
+    "windings": "answer.multi_turn_solutions()",
+    "together": 'robot.fused_routine("mass_matrix", "inverse_dynamics")',
     "trace": "mf.mobility.trace_motion(linkage)",
 }
 """By the name in small letters."""
@@ -114,6 +116,7 @@ ARGUMENTS: dict[str, str] = {
     "re": "platform",
     "timeout": "seconds",
     "max_iter": "restarts",
+    "press": "normal_force",
 }
 """Where the one is not known and the other is taken."""
 
@@ -148,6 +151,7 @@ JOB_KEYS: dict[str, str] = {
     "turn_stiffness": "rotational_stiffness",
     "turn_damping": "rotational_damping",
     "tip_turn_rate": "tip_angular_speed",
+    "press": "normal_force",
 }
 """Of job files, where the one is not known and the other is."""
 

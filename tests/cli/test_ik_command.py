@@ -23,7 +23,7 @@ def test_all_solutions_as_json(capsys):
     assert data["complete"]
     assert len(data["solutions"]) == 8
     robot = mf.load("ur5e")
-    assert [solution["windings"] for solution in data["solutions"]] == [64] * 8
+    assert [solution["turn_count"] for solution in data["solutions"]] == [64] * 8
     for solution in data["solutions"]:
         T = robot.forward_kinematics(np.array(solution["q"]))
         np.testing.assert_allclose(T, data["pose"], atol=1e-9)

@@ -144,3 +144,15 @@ def test_degrees_where_a_person_types():
         mf.Rotation.from_rpy([90, 0, 0])
     assert caught[0].filename == __file__
     assert "degrees=True" in str(caught[0].message)
+
+
+@pytest.mark.parametrize("value", [mf.Rotation(np.eye(3)), mf.Pose(np.eye(4)), mf.Twist(np.zeros(6))])
+def test_one_value_is_neither_true_nor_a_sequence_and_says_so(value):
+    with pytest.raises(TypeError, match=f"{type(value).__name__} is neither true nor false"):
+        bool(value)
+    with pytest.raises(TypeError, match=f"{type(value).__name__} has no length"):
+        len(value)
+    batch = type(value)(np.stack([value.array] * 3))
+    assert batch
+    assert len(batch) == 3
+    assert not batch[:0]

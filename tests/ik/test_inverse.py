@@ -245,7 +245,7 @@ def test_limits_name_the_joint_and_the_value_it_needs():
 def test_windings_are_counted_apart():
     robot = mf.load("ur5e")  # limits of two turns
     answer = inverse_kinematics(robot, robot.forward_kinematics(np.array([0.3, -1.1, 1.4, -0.7, 0.9, 0.2])))
-    windings = answer.windings(limit=100000)
+    windings = answer.multi_turn_solutions(limit=100000)
     assert len(windings) == 8 * 2**6
     assert np.abs(robot.forward_kinematics(windings) - robot.forward_kinematics(answer.q[:1])).max() < 1e-9
     far = np.array([-5.9, -1.1, 1.4, -0.7, 0.9, -6.0])

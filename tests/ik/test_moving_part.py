@@ -73,7 +73,7 @@ def test_a_gripper_changes_nothing_but_its_own_column(arms):
         np.testing.assert_allclose(held.forward_kinematics(one.q), np.broadcast_to(T[k], (len(one), 4, 4)), atol=1e-9)
         kept = one.nearest(np.full(7, 0.03))
         assert kept[jaw] == 0.03
-        assert (one.windings()[:, jaw] == 0.01).all()
+        assert (one.multi_turn_solutions()[:, jaw] == 0.01).all()
 
 
 def test_a_continuum_is_told_in_coordinates_of_the_whole_robot(arms):

@@ -189,7 +189,7 @@ robot = "puma560"
 pose = { position = [0.5, 0.1, 0.002], rpy = [3.14159265358979, 0, 0] }
 [controller]
 kind = "hybrid"
-press = 40
+normal_force = 40
 [simulation]
 friction = false
 settle = 0.0
@@ -312,14 +312,18 @@ def test_a_gap_below_the_error_of_the_run_is_amber() -> None:
 
 
 def test_a_tip_that_sinks_into_a_surface_under_force_has_the_contact_as_cause() -> None:
-    run = driven(PRESS.replace("friction = 0.4\n", "").replace("press = 40", "press = 200"))
+    run = driven(PRESS.replace("friction = 0.4\n", "").replace("normal_force = 40", "normal_force = 200"))
     assert keys(run) == {"contact"}, run.explain("en")
     assert all("contact, up to" in one.explain(language="en") for one in causes(run))
 
 
 def test_a_tip_that_jumps_off_a_surface_has_the_contact_as_cause() -> None:
     """Where the plan leaves, the force that pressed is let go at once, and the arm breaks its acceleration limits."""
-    text = PRESS.replace("puma560", "panda").replace("friction = 0.4\n", "").replace("press = 40", "press = 30")
+    text = (
+        PRESS.replace("puma560", "panda")
+        .replace("friction = 0.4\n", "")
+        .replace("normal_force = 40", "normal_force = 30")
+    )
     text = text.replace("position = 0.003", "position = 0.01").replace("0.06, -0.001]", "0.1, 0.03]")
     run = driven(text.replace("duration = 0.5", ""))
     broken = [remark for remark in run.remarks if remark.key == "job.acceleration_crossed" and remark.cause is not None]

@@ -35,7 +35,7 @@ PIPE = """
 pose = { position = [0.5, 0.1, 0.005], rpy = [180, 0, 0] }
 [controller]
 kind = "hybrid"
-press = 10
+normal_force = 10
 [[surface]]
 name = "pipe"
 point = [0.5, 0.0, -0.2]
@@ -103,7 +103,7 @@ def remark(found, key):
 @pytest.mark.capability("10-74")
 @pytest.mark.parametrize("press", [6.0, 12.0])
 def test_a_pipe_is_wiped_with_the_same_force_all_round(press):
-    found = run(HEAD + PIPE.replace("press = 10", f"press = {press}"))
+    found = run(HEAD + PIPE.replace("normal_force = 10", f"normal_force = {press}"))
     tape = found.recording
     assert found.status.succeeded
     R = found.robot.forward_kinematics(tape.q)[:, :3, :3]

@@ -95,7 +95,7 @@ def test_two_springs_in_series_share_the_depth(kind, plant):
 
 @pytest.mark.capability("10-74")
 def test_hybrid_control_presses_as_asked_and_motion_control_as_deep_as_it_can():
-    pressed = run("hybrid", "press = 25.0").recording.contact_wrench[-1, 3:]
+    pressed = run("hybrid", "normal_force = 25.0").recording.contact_wrench[-1, 3:]
     assert np.linalg.norm(pressed) == pytest.approx(25.0, rel=1e-3)
     found = run("task_computed_torque")
     assert 0.0 < np.linalg.norm(found.recording.contact_wrench[-1, 3:]) < DEPTH * STIFFNESS
@@ -146,12 +146,12 @@ def test_a_force_sensor_reads_the_same_twice_and_noise_by_its_seed():
     [
         ("[[surface]]\npoint = [0, 0, 0]\nnormal = [0, 0, 2]\nstiffness = 20000.0\ndamping = 150\n", "", "[[surface]]"),
         ("normal = [0, 0, 2]", "normal = [0, 0, 0]", "normal"),
-        ("press = 5", "tip_stiffness = 5", "press"),
+        ("normal_force = 5", "tip_stiffness = 5", "normal_force"),
         ("damping = 150", "damping = -150", "damping"),
     ],
 )
 def test_what_cannot_be_pressed_is_refused(old, new, word):
-    text = PRESSING.format(kind="hybrid", gains="press = 5", plant="mafsil")
+    text = PRESSING.format(kind="hybrid", gains="normal_force = 5", plant="mafsil")
     assert old in text
     with pytest.raises(JobError) as caught:
         parse(text.replace(old, new))
@@ -161,7 +161,9 @@ def test_what_cannot_be_pressed_is_refused(old, new, word):
 
 @pytest.mark.capability("10-2")
 def test_the_bench_compares_contact_forces():
-    text = PRESSING.format(kind="hybrid", gains="press = 5", plant="mafsil").replace("settle = 1.5", "settle = 0.2")
+    text = PRESSING.format(kind="hybrid", gains="normal_force = 5", plant="mafsil").replace(
+        "settle = 1.5", "settle = 0.2"
+    )
     job, (robot, plan) = parse(text), planned(text)
     found = bench_laws(job, text, robot, plan, ("hybrid", "pd_gravity"))
     forces = {each.kind: each.peak_force for each in found}
@@ -169,7 +171,7 @@ def test_the_bench_compares_contact_forces():
     head, rows = found.columns()
     assert "force" in head
     assert all(len(row) == len(head) for row in rows)
-    free = text.replace('kind = "hybrid"\npress = 5', "")
+    free = text.replace('kind = "hybrid"\nnormal_force = 5', "")
     free = free[: free.index("[[surface]]")] + free[free.index("[[move]]") :]
     job, (robot, plan) = parse(free), planned(free)
     with pytest.raises(JobError, match="surface"):
@@ -189,7 +191,7 @@ pose = { position = [0.5, 0.18, 0.01], rpy = [3.14159265358979, 0, 0] }
 position = 0.02
 [controller]
 kind = "hybrid"
-press = 20
+normal_force = 20
 [simulation]
 friction = false
 step = 2e-3

@@ -154,7 +154,7 @@ duration = 0.4
 @pytest.mark.capability("10-69", "10-74", "10-82")
 @pytest.mark.parametrize("kind", ["hybrid", "admittance"])
 def test_a_law_that_feels_forces_meets_a_rigid_surface_presses_and_leaves_it(kind):
-    law = 'kind = "hybrid"\npress = 15.0\nforce_integral = 20.0' if kind == "hybrid" else 'kind = "admittance"'
+    law = 'kind = "hybrid"\nnormal_force = 15.0\nforce_integral = 20.0' if kind == "hybrid" else 'kind = "admittance"'
     text = FELT.replace("{law}", law)
     run = solve(parse(text), text, Path())
     tape, found = run.recording, run.recording.metadata["rigid_contact"]

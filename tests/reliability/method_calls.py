@@ -31,7 +31,7 @@ CALLS = (
     "R2.inverse_dynamics(q=Q2, qd=Q2, qdd=Q2)",
     "R2.forward_kinematics(q=Q2, frame='link1')",
     "R2.kernel(name='mass_matrix')",
-    "R2.together('mass_matrix', 'gravity_torque')",
+    "R2.fused_routine('mass_matrix', 'gravity_torque')",
     "R2.locked(coordinates={R2.joint_names[0]: 0.1})",
     "R2.task_space(q=Q2, qd=Q2, expressed_in='body', rows=(3, 4))",
     "R2.torque_terms(q=Q2, qd=Q2, qdd=Q2)",
@@ -121,7 +121,7 @@ CALLS = (
     "LOG.rows(start=0, stop=20)",
     "LOG.split(fraction=0.5)",
     "ANSWERS.nearest(q=Q6)",
-    "ANSWERS.windings(limit=100)",
+    "ANSWERS.multi_turn_solutions(limit=100)",
     "REACH.classify(point=[0.5, 0.5, 0])",
     # mechanisms
     "FOURS.positions(theta_1=0.5)",

@@ -39,7 +39,7 @@ def test_efforts_that_overflow_are_said_too(arm: mf.Robot) -> None:
     with pytest.raises(InputError, match=r"5e\+307 in tau"):
         arm.forward_dynamics(SMALL, SMALL, np.full(3, 5e307))
     with pytest.raises(InputError, match="range of floating-point"):
-        arm.together("mass_matrix", "velocity_torque")(SMALL, SMALL * 1e200)
+        arm.fused_routine("mass_matrix", "velocity_torque")(SMALL, SMALL * 1e200)
     with pytest.raises(InputError, match="range of floating-point"):
         arm.velocity_torque(SMALL, SMALL * 1e200, out=np.empty(3))
 

@@ -213,7 +213,7 @@ def test_every_other_name_of_a_robot_refuses_or_describes(palletiser: mf.Robot) 
     one, calls = np.zeros(4), {
         "base_parameters": (), "compiled_routine": ("mass_matrix",), "mass_matrix_singularity": (np.zeros(4),),
         "export": ("mass_matrix",), "kernel": ("forward_kinematics",), "routine": ("jacobian_body",),
-        "task_space": (np.zeros(4), np.zeros(4)), "together": ("forward_kinematics", "jacobian_body"),
+        "task_space": (np.zeros(4), np.zeros(4)), "fused_routine": ("forward_kinematics", "jacobian_body"),
         "torque_terms": (np.zeros(4), np.zeros(4), np.zeros(4)), "derive": (), "ik": (np.eye(4),), "workspace": (100,),
         "ik_all": (np.eye(4),), "jacobian": (np.zeros(4),), "singularity": (np.zeros(4),),
         "simulate": (mf.trajectory.profiles.rest(np.zeros(4), 0.1),),

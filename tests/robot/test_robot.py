@@ -152,7 +152,7 @@ def test_quantities_together_equal_those_apart(of_tip: bool, jacobian: str) -> N
     robot = mf.load("stanford_arm")
     frame = None if of_tip else robot.mechanism.links[2].name
     q = np.random.default_rng(3).uniform(-1, 1, (3, 7, robot.n))
-    routine = robot.together("forward_kinematics", jacobian, frame=frame)
+    routine = robot.fused_routine("forward_kinematics", jacobian, frame=frame)
     T, J = routine(q)
     np.testing.assert_allclose(T, robot.forward_kinematics(q, frame=frame), atol=2e-15)
     np.testing.assert_allclose(J, getattr(robot, jacobian)(q, frame=frame), atol=2e-15)
@@ -167,21 +167,21 @@ def test_quantities_together_equal_those_apart(of_tip: bool, jacobian: str) -> N
 
 def test_dynamics_together(arm: mf.Robot) -> None:
     q, qd, qdd, F = (np.random.default_rng(5).uniform(-1, 1, (9, size)) for size in (arm.n, arm.n, arm.n, 6))
-    M, tau = arm.together("mass_matrix", "inverse_dynamics", optional=("tip_wrench",))(q, qd, qdd, F)
+    M, tau = arm.fused_routine("mass_matrix", "inverse_dynamics", optional=("tip_wrench",))(q, qd, qdd, F)
     np.testing.assert_allclose(M, arm.mass_matrix(q), rtol=1e-13)
     np.testing.assert_allclose(tau, arm.inverse_dynamics(q, qd, qdd, F), rtol=1e-12, atol=1e-12)
 
 
 def test_together_says_what_is_wrong(arm: mf.Robot) -> None:
     for key, names, options in (
-        ("robot.together", ("mass_matrix",), {}),
-        ("robot.together", ("mass_matrix", "mass_matrix"), {}),
+        ("robot.fused", ("mass_matrix",), {}),
+        ("robot.fused", ("mass_matrix", "mass_matrix"), {}),
         ("input.choice", ("mass_matrix", "mass"), {}),
         ("input.choice", ("mass_matrix", "inverse_dynamics"), {"optional": ("tip",)}),
         ("robot.no_frame", ("mass_matrix", "gravity_torque"), {"frame": "link1"}),
         ("robot.frame_name", ("mass_matrix", "jacobian_body"), {"frame": 3}),
     ):
         with pytest.raises(mf.InputError) as caught:
-            arm.together(*names, **options)
+            arm.fused_routine(*names, **options)
         assert caught.value.key == key
         assert caught.value.message("ar") != caught.value.message("en")

@@ -58,7 +58,7 @@ def test_degrees_are_of_angles_alone():
 
 ANGLES = frozenset({"q", "q0", "qd", "qdd", "q_preferred", "start"})
 """Arguments that hold joint coordinates or their time derivatives."""
-KERNELS = frozenset({"together", "kernel", "routine", "compiled_routine", "radians", "degrees"})
+KERNELS = frozenset({"fused_routine", "kernel", "routine", "compiled_routine", "radians", "degrees"})
 """What compiles, or converts itself."""
 
 
@@ -122,7 +122,7 @@ def test_answers_in_degrees_take_and_give_degrees_in_all_their_parts():
     assert len(single) == len(ours)
     assert single
     assert np.allclose(list(single), robot.degrees(ours.q))
-    assert np.allclose(single.windings(), robot.degrees(ours.windings()))
+    assert np.allclose(single.multi_turn_solutions(), robot.degrees(ours.multi_turn_solutions()))
     assert np.allclose(single.nearest(typed), typed)
     assert np.allclose(single.q_nearest, robot.degrees(ours.q_nearest))
     assert np.allclose(single.to_dict()["q"], single.q)
@@ -161,7 +161,7 @@ def test_ik_is_the_nearest_of_all_solutions_and_windings(six):
         T = six.fk(q)
         answer = six.ik(T, q0)
         assert answer, answer.explain()
-        every = six.ik_all(T).windings()
+        every = six.ik_all(T).multi_turn_solutions()
         least = np.linalg.norm(every - q0, axis=1).min()
         assert np.linalg.norm(answer.q - q0) == pytest.approx(least, abs=1e-7)
 

@@ -38,7 +38,7 @@ def ik(
         pose: x, y, z [m] and, unless only the position is asked for, roll, pitch, yaw about fixed axes or a quaternion
             w, x, y, z; or the rows of a matrix; as typed.
         all: print all solutions; else the one within the limits that is farthest from singular configurations.
-        near: (n) coordinates as typed: the solution and the windings nearest to them are printed too.
+        near: (n) coordinates as typed: the solution and the turns nearest to them are printed too.
         task: `pose`, `position` or `axis`; `position` if only three numbers are given.
         frame: a link; the tip frame if None.
         tip: another tip link.
@@ -75,7 +75,7 @@ def ik(
                 "residual": float(answer.residual[k]),
                 "conditioning": float(answer.conditioning[k]),
                 "within_limits": bool(answer.within[k]),
-                "windings": _windings(answer, k),
+                "turn_count": _turn_count(answer, k),
                 "beyond": [vars(one) for one in answer.violations(k)],
             }
             for k in rows
@@ -111,7 +111,7 @@ def _chosen(answer: SolutionSet, everything: bool) -> list[int]:
     return sorted(range(len(answer)), key=lambda k: (not answer.within[k], -answer.conditioning[k]))[:1]
 
 
-def _windings(answer: SolutionSet, k: int) -> int:
+def _turn_count(answer: SolutionSet, k: int) -> int:
     """In how many ways whole turns of its joints keep a solution within the limits; joints without are not turned."""
     first = np.ceil((answer.lower - answer.q[k]) / (2 * pi) - 1e-12)
     last = np.floor((answer.upper - answer.q[k]) / (2 * pi) + 1e-12)
@@ -126,14 +126,14 @@ def _rows(arm: Robot, answer: SolutionSet, rows: list[int], *, degrees: bool) ->
         return []
     joints = arm.mechanism.coordinates
     # Explanations speak of solutions by their numbers.
-    head = ["#", *(say(f"cli.ik_{name}") for name in ("branch", "residual", "limits", "windings"))]
+    head = ["#", *(say(f"cli.ik_{name}") for name in ("branch", "residual", "limits", "turns"))]
     body = [
         [
             str(k + 1),
             answer.branches[k].label(),
             f"{answer.residual[k]:.1e}",
             say("cli.ik_inside" if answer.within[k] else "cli.ik_outside"),
-            str(_windings(answer, k)),
+            str(_turn_count(answer, k)),
         ]
         for k in rows
     ]

@@ -10,7 +10,6 @@ import warnings
 from contextlib import AbstractContextManager, nullcontext
 from math import isfinite
 from shutil import get_terminal_size
-from textwrap import wrap
 from typing import Any, cast
 
 from mafsil import __version__
@@ -18,6 +17,7 @@ from mafsil.cli.answer import Answer, Laid, tone_of
 from mafsil.cli.colour import Tone, allow_colours, painted
 from mafsil.errors import FileError, InputError, JobError, MafsilError, ModelError
 from mafsil.messages import LANGUAGES, clauses, in_line, language, say
+from mafsil.messages.tables import wrapped
 from mafsil.messages.visible import visible
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -151,10 +151,7 @@ def _fitted(line: str) -> list[str]:
     columns = get_terminal_size().columns
     if not sys.stdout.isatty() or len(line) <= columns:
         return [in_line(line)]
-    indent = " " * (len(line) - len(line.lstrip()))
-    width = max(columns - len(indent) - 2, 20)
-    pieces = wrap(line.strip(), width, break_long_words=False, break_on_hyphens=False)
-    return [in_line(indent + ("  " if k else "") + piece) for k, piece in enumerate(pieces)]
+    return [in_line(piece) for piece in wrapped(line, columns)]
 
 
 def _print_error(error: MafsilError) -> None:

@@ -44,7 +44,7 @@ class Controller(Part, frozen=True, kw_only=True):
         tip_stiffness, rotational_stiffness: of impedance and admittance; if None, what makes the arm's inertia at the
             start swing with 20 rad/s [N/m, N m/rad].
         tip_mass, turn_inertia: of admittance; those of the arm at the start if None [kg, kg m^2].
-        press: force of `hybrid` into the surface; 10 if None [N].
+        normal_force: force of `hybrid` into the surface; 10 if None [N].
         force_gain, force_integral: of the error of that force; 0 and 10 if None [1, 1/s].
         learning: how fast the adaptive law learns; 1 if None.
         friction: whether the friction that the description has is compensated along the planned motion; if None, by
@@ -69,7 +69,7 @@ class Controller(Part, frozen=True, kw_only=True):
     rotational_stiffness: Positive | None = None
     tip_mass: Positive | None = None
     turn_inertia: Positive | None = None
-    press: Positive | None = None
+    normal_force: Positive | None = None
     force_gain: NotNegative | None = None
     force_integral: NotNegative | None = None
     friction: bool | None = None

@@ -31,7 +31,7 @@ from mafsil.trajectory import Trajectory
 
 FREQUENCY, DAMPING = 20.0, 1.0
 """Of the tip's motion, where the job names none [rad/s, 1]."""
-PRESS, FORCE_INTEGRAL = 10.0, 10.0
+NORMAL_FORCE, FORCE_INTEGRAL = 10.0, 10.0
 """Of hybrid control, where the job names none [N, 1/s]."""
 TOUCH = 0.5
 """Force from which on the tip counts as touching; with noise, five times its deviation if that is more [N]."""
@@ -131,7 +131,7 @@ def _pressing(
     """Force into some surfaces while the plan is on all of them, and another law without that contact."""
     own, tip, sensor = job.controller, TipOfJoints(model, trajectory), _sensor(job, plant, task)
     gains = Gains.from_natural_frequency(len(task.rows), own.frequency or FREQUENCY, own.damping or DAMPING)
-    press = PRESS if own.press is None else own.press
+    normal_force = NORMAL_FORCE if own.normal_force is None else own.normal_force
     integral = FORCE_INTEGRAL if own.force_integral is None else own.force_integral
     normals = [face for face, _ in faces]
 
@@ -143,7 +143,8 @@ def _pressing(
         return np.concatenate(A), np.concatenate(rate)
 
     force = hybrid_control(
-        model, tip, constraint, lambda T: -press * along(T).sum(axis=0), coordinates=task, gains=gains, sensor=sensor,
+        model, tip, constraint, lambda T: -normal_force * along(T).sum(axis=0), coordinates=task, gains=gains,
+        sensor=sensor,
         force_kp=own.force_gain or 0.0, force_ki=integral,
     )  # fmt: skip
     slowing = _slowing(model, trajectory, task, faces)

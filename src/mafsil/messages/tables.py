@@ -42,7 +42,7 @@ def number(value: float) -> str:
 
 def on_screen(text: str) -> str:
     """A text as far as it fits a screen: long sentences are wrapped, what is beyond the last line is left out."""
-    lines = [piece for line in text.split("\n") for piece in ([line] if _width(line) <= COLUMNS else _wrap(line))]
+    lines = [piece for line in text.split("\n") for piece in ([line] if _width(line) <= COLUMNS else wrapped(line))]
     return "\n".join(lines if len(lines) <= LINES else [*lines[: LINES - 1], "\N{HORIZONTAL ELLIPSIS}"])
 
 
@@ -51,8 +51,23 @@ def in_notebook(text: str) -> str:
     return f'<pre dir="auto">{escape(text)}</pre>'
 
 
-def _wrap(line: str) -> list[str]:
-    return textwrap.wrap(line, COLUMNS, subsequent_indent="  ", break_on_hyphens=False)
+def wrapped(line: str, columns: int = COLUMNS) -> list[str]:
+    """A long line in several, broken between words; those that follow are indented by two more.
+
+    Args:
+        line: which may begin with blanks.
+        columns: of the screen.
+    """
+    indent = " " * (len(line) - len(line.lstrip()))
+    room = max(columns, len(indent) + 22)
+    return textwrap.wrap(
+        line.strip(),
+        room,
+        initial_indent=indent,
+        subsequent_indent=indent + "  ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def _cut(name: str) -> str:

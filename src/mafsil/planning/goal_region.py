@@ -50,7 +50,7 @@ class GoalRegion:
         if self.axis is not None:
             axis = require_finite("axis", real_array("axis", self.axis))
             if axis.shape != (3,) or not axis.any():
-                raise InputError("planning.keep_direction", name="axis")
+                raise InputError("planning.constraint_direction", name="axis")
             object.__setattr__(self, "axis", frozen(axis / np.linalg.norm(axis)))
         whole("count", self.count, 1, MOST_POSES)
         whole("seed", self.seed)

@@ -247,7 +247,7 @@ def _unit(name: str, value: ArrayLike) -> Vector3:
     vector = single(name, value, (3,))
     length = float(np.linalg.norm(vector))
     if length == 0.0:
-        raise InputError("planning.keep_direction", name=name)
+        raise InputError("planning.constraint_direction", name=name)
     return vector / length
 
 
@@ -278,7 +278,7 @@ def kept_of(
     each = tuple(constraints) if isinstance(constraints, Iterable) else (constraints,)
     for one in each:
         if not all(hasattr(one, name) for name in ("rows", "limits", "amount", "sentence")):
-            raise InputError("planning.keep_kind", got=type(one).__name__)
+            raise InputError("planning.constraint_kind", got=type(one).__name__)
     mechanism, poses = checker.robot.mechanism, np.asarray(checker.robot.link_poses(start))
     grouped = [one.rows(mechanism, poses) for one in each]
     limits = np.array([one.limits() for one in each]).reshape(-1, 2)

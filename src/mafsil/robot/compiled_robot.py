@@ -94,11 +94,12 @@ class CompiledRobot(Description, Routines):
             self._kernels[key] = compiling.compiled(self.mechanism, name, frame, optional)
         return self._kernels[key]
 
-    def together(self, *names: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Together:
+    def fused_routine(self, *names: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> FusedRoutine:
         """Several quantities of the same state as one routine, in which what they share is computed once.
 
-        `T, J = robot.together("forward_kinematics", "jacobian_body")(q)`. The inputs are those of the quantities in
-        the order in which they first occur, then the optional ones; batches, `out=` (a tuple) and `threads=` as always.
+        `T, J = robot.fused_routine("forward_kinematics", "jacobian_body")(q)`. The inputs are those of the quantities
+        in the order in which they first occur, then the optional ones; batches, `out=` (a tuple) and `threads=` as
+        always.
 
         Args:
             names: two or more names of the catalogue.
@@ -109,20 +110,20 @@ class CompiledRobot(Description, Routines):
             InputError: a name, frame or optional input that is not known, a name given twice, fewer than two names.
             ModelError: the robot has loops.
         """
-        self._refuse_tree("together")
+        self._refuse_tree("fused_routine")
         if not isinstance(cast(object, frame), str | None):
-            raise InputError("robot.frame_name", name="together", got=type(frame).__name__)
+            raise InputError("robot.frame_name", name="fused_routine", got=type(frame).__name__)
         key = (names, frame, optional)
         if key not in self._kernels:
             rows = [quantity(name) for name in names]
             if len(names) < 2 or len(set(names)) < len(names):
-                raise InputError("robot.together", got=", ".join(names))
+                raise InputError("robot.fused", got=", ".join(names))
             possible = [name for row in rows for name in row.optional]
             if unknown := [name for name in optional if name not in possible]:
                 raise InputError("input.choice", name="optional", value=unknown[0], known=", ".join(possible))
             if frame is not None:
                 self._require_frame(next((row for row in rows if row.framed), rows[0]), frame)
-            self._kernels[key] = compiling.compiled_together(self.mechanism, names, frame, optional)
+            self._kernels[key] = compiling.compiled_fused(self.mechanism, names, frame, optional)
         return self._kernels[key].call
 
     def routine(self, name: str) -> Any:
@@ -267,7 +268,7 @@ def _routine_kernel(robot: CompiledRobot, name: str) -> kernels.Kernel:
     return compiling.compiled(robot.mechanism, name, fallback=fallback, recipe=(_routine_kernel, (robot, name)))
 
 
-class Together(Protocol):
+class FusedRoutine(Protocol):
     """Several quantities of one state: inputs in the order of `kernel.signature`, one result for each quantity."""
 
     def __call__(

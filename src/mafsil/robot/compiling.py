@@ -13,7 +13,7 @@ from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
-from mafsil.robot.trace import joint_signature, signature, trace, trace_together
+from mafsil.robot.trace import joint_signature, signature, trace, trace_fused
 
 SOURCES = ("mafsil.algebra", "mafsil.mechanics")
 """Packages whose code shapes the expressions: where a builder's own code or what it imports changes, it is traced anew.
@@ -57,7 +57,7 @@ def compiled(
     )
 
 
-def compiled_together(
+def compiled_fused(
     mechanism: Mechanism, names: tuple[str, ...], frame: str | None = None, optional: tuple[str, ...] = ()
 ) -> Kernel:
     """One kernel with an output for each quantity: what they have in common is computed once.
@@ -72,11 +72,11 @@ def compiled_together(
     _require_joints(mechanism)
     return compile(
         joint_signature(mechanism, rows, optional),
-        partial(trace_together, mechanism, rows, frame, optional),
+        partial(trace_fused, mechanism, rows, frame, optional),
         key=f"{fingerprint(mechanism)} {names} {frame!r} {optional}",
         fingerprints=_sources(*rows),
         doc="At the same state:\n\n" + "\n".join(f"{row.symbol}: {row.title} [{row.unit}]" for row in rows),
-        recipe=(compiled_together, (mechanism, names, frame, optional)),
+        recipe=(compiled_fused, (mechanism, names, frame, optional)),
     )
 
 

@@ -180,7 +180,7 @@ class DegreesView:
         robot: whose coordinates they are.
     """
 
-    JOINTS = ("q", "nearest", "q_nearest", "windings")
+    JOINTS = ("q", "nearest", "q_nearest", "multi_turn_solutions")
 
     def __init__(self, answer: Any, robot: Any) -> None:
         self._answer, self._robot = answer, robot

@@ -64,10 +64,10 @@ def trace(mechanism: Mechanism, quantity: Quantity, frame: str | None, optional:
         frame: link name for framed quantities; the tip frame if None.
         optional: which optional inputs are present.
     """
-    return trace_together(mechanism, (quantity,), frame, optional)
+    return trace_fused(mechanism, (quantity,), frame, optional)
 
 
-def trace_together(
+def trace_fused(
     mechanism: Mechanism, quantities: Sequence[Quantity], frame: str | None, optional: tuple[str, ...] = ()
 ) -> Function:
     """Several quantities as one function: what they have in common is there once; arguments as in `trace`."""

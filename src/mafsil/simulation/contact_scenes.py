@@ -49,7 +49,7 @@ def chalk_on_board(
     q: ArrayLike,
     *,
     length: float = 0.05,
-    press: float = 5.0,
+    normal_force: float = 5.0,
     friction: float = 0.2,
     duration: float = 1.0,
 ) -> Scenario:
@@ -59,7 +59,7 @@ def chalk_on_board(
         robot: of six joints or more.
         q: (n,) where the tip touches the board, its z axis into it.
         length: of the line along the tip's x axis [m].
-        press: force into the board [N].
+        normal_force: force into the board [N].
         friction: coefficient of the chalk.
         duration: [s].
 
@@ -69,12 +69,12 @@ def chalk_on_board(
     place, T = _start(robot, q)
     board = _board(T, friction, 1)
     A = np.concatenate([np.zeros(3), T[:3, 2]])[None]
-    return _on_board(robot, place, board, A, positive("press", press), _line(T, length, duration), 0.0)
+    return _on_board(robot, place, board, A, positive("normal_force", normal_force), _line(T, length, duration), 0.0)
 
 
 @of_robot
 def eraser_on_board(
-    robot: Robot, q: ArrayLike, *, length: float = 0.05, press: float = 8.0, half_width: float = 0.02,
+    robot: Robot, q: ArrayLike, *, length: float = 0.05, normal_force: float = 8.0, half_width: float = 0.02,
     friction: float = 0.2, duration: float = 1.0,
 ) -> Scenario:  # fmt: skip
     """A flat eraser wiped over a board: force along its normal, no moments about the two axes in it, motion otherwise.
@@ -83,7 +83,7 @@ def eraser_on_board(
         robot: of six joints or more.
         q: (n,) where the eraser touches the board, the tip's z axis into it.
         length: wiped along the tip's x axis [m].
-        press: force into the board [N].
+        normal_force: force into the board [N].
         half_width: from the middle of the eraser to its corners, along x and y [m].
         friction: coefficient at each corner.
         duration: [s].
@@ -97,7 +97,7 @@ def eraser_on_board(
     board = AtPoints(_board(T, friction, len(corners)), corners)
     A = np.zeros((3, 6))
     A[0, :3], A[1, :3], A[2, 3:] = T[:3, 0], T[:3, 1], T[:3, 2]
-    return _on_board(robot, place, board, A, positive("press", press), _line(T, length, duration), w)
+    return _on_board(robot, place, board, A, positive("normal_force", normal_force), _line(T, length, duration), w)
 
 
 @of_robot
@@ -198,7 +198,7 @@ def _move(T: PoseMatrix, by: Vector3) -> PoseMatrix:
 
 
 def _on_board(
-    robot: Robot, place: Floats, board: Environment, A: Floats, press: float, tip: TipMotion, half_width: float
+    robot: Robot, place: Floats, board: Environment, A: Floats, normal_force: float, tip: TipMotion, half_width: float
 ) -> Scenario:
     """Force into the board along the last row of A, no moment along the others, motion along the rest."""
     task = TaskCoordinates()
@@ -206,7 +206,7 @@ def _on_board(
     stiffness = np.array([BOARD_STIFFNESS * half_width**2] * (len(A) - 1) + [BOARD_STIFFNESS])
     damping = 2.0 * np.sqrt(stiffness * np.einsum("ki,ij,kj->k", A, inertia, A))
     force = hybrid_control(
-        robot, tip, A, press * A[-1], gains=Gains.from_natural_frequency(6, FREQUENCY),
+        robot, tip, A, normal_force * A[-1], gains=Gains.from_natural_frequency(6, FREQUENCY),
         sensor=TipForceSensor(robot, board, task), force_ki=FORCE_INTEGRAL,
     )  # fmt: skip
     law = combined(force, TipDamping(robot, task, (A.T * damping) @ A))

@@ -119,7 +119,7 @@ def linkages(rng: np.random.Generator, length: float) -> Claims:
     yield bool(near), lacks(near.theta)
     modes = mobility.assembly_modes(bars, {"A": float(rng.uniform(-3, 3))}, starts=32)
     yield bool(modes), lacks(modes.theta) if len(modes.theta) else np.inf
-    curve = mobility.trace(bars, steps=100)
+    curve = mobility.trace_motion(bars, steps=100)
     yield bool(curve), lacks(curve.theta)
     H = np.asarray(mobility.linkages.loop_matrix(five_bar(rng.normal(size=2), np.array([2, 0]) + rng.normal(size=2))))
     driven = tuple(int(k) for k in rng.choice(H.shape[1], 2, replace=False))

@@ -93,9 +93,14 @@ class Value(metaclass=ValueType):
         """Leading shape; () is one value."""
         return self.array.shape[: self.array.ndim - self.core]
 
+    def __bool__(self) -> bool:
+        if not self.batch:
+            raise OperandError("geometry.no_truth", kind=type(self).__name__)
+        return bool(self.batch[0])
+
     def __len__(self) -> int:
         if not self.batch:
-            raise TypeError
+            raise OperandError("geometry.no_length", kind=type(self).__name__)
         return self.batch[0]
 
     def __getitem__(self, index: Any) -> Self:

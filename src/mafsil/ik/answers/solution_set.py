@@ -369,10 +369,10 @@ class SolutionSet(Answer):
         )
         return setting.part.lifted(nearest[0], given)
 
-    def windings(self, limit: int = 4096) -> JointVector:
-        """(m, n) every solution within the limits, each winding of its revolute joints apart.
+    def multi_turn_solutions(self, limit: int = 4096) -> JointVector:
+        """(m, n) every solution within the limits, with every whole turn that its joints have room for.
 
-        Joints without limits are not wound.
+        Joints without limits are not turned.
 
         Args:
             limit: most rows to return.

@@ -42,7 +42,7 @@ GAINS = {
     "task_computed_torque": ("frequency", "damping"),
     "impedance": ("tip_stiffness", "rotational_stiffness", "damping"),
     "admittance": ("tip_mass", "turn_inertia", "tip_stiffness", "rotational_stiffness", "damping"),
-    "hybrid": ("frequency", "damping", "press", "force_gain", "force_integral"),
+    "hybrid": ("frequency", "damping", "normal_force", "force_gain", "force_integral"),
 }
 """Gains of each law; those of another one have no effect and are refused."""
 SHORTEST_NORMAL = 1e-6

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import single
-from mafsil.errors import InputError, ModelError
+from mafsil.errors import InputError, ModelError, letters_of
 from mafsil.lazy_module import lazily
 from mafsil.model.library import franka, kuka, mitsubishi, planar, puma, scara, stanford, textbook, universal_robots
 from mafsil.model.mechanism import Mechanism
@@ -76,12 +76,8 @@ def same_letters(name: str, known: Collection[str]) -> str | None:
     """
     if name in known:
         return name
-    letters = _letters(name[:_LONGEST])
-    return next((one for one in known if _letters(one) == letters), None)
-
-
-def _letters(name: str) -> str:
-    return "".join(c for c in name.casefold() if c.isalnum())
+    letters = letters_of(name[:_LONGEST])
+    return next((one for one in known if letters_of(one) == letters), None)
 
 
 def load(name: str, **dimensions: ArrayLike) -> Mechanism:
