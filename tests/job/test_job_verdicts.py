@@ -1,6 +1,7 @@
 """What a run says of itself: nothing green that is not, each miss with its cause, in both languages."""
 
 import json
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from mafsil.cli.main import main
-from mafsil.errors import JobError
+from mafsil.errors import InputWarning, JobError
 from mafsil.job import Run, parse, solve
 from mafsil.job.error_split import split
 from mafsil.job.holding import overloads, planned_overloads
@@ -17,6 +18,7 @@ from mafsil.messages.quantities import digits, quantity
 from mafsil.report.contents import verdict
 from mafsil.report.replay import part_tracks
 from mafsil.report.results import as_data
+from tests.reliability.job_verdicts import judged
 
 SOFT = """
 robot = "puma560"
@@ -336,3 +338,10 @@ joints = [0.3, -0.2, 0.2, 0.2, -0.2, 0.3]
         assert np.abs(sum(parts.values()) - e).max() < 1e-9
     assert np.abs(parts["integral"]).max() > 1e-3
     assert "noise" not in run.explain("en")
+
+
+@pytest.mark.parametrize("number", [200000, 200003])
+def test_a_stretch_that_begins_where_another_ended_is_no_start_that_somebody_gave(number):
+    """Arms that gave way, driven on and again for the causes: no warning of limits or degrees."""
+    with warnings.catch_warnings(action="error", category=InputWarning):
+        assert judged(number)["bad_words"] == 0

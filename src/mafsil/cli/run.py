@@ -17,7 +17,7 @@ from mafsil.errors import FileError, InputError
 from mafsil.job import Job, Refusal, Run, solve
 from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.holding import overload_remarks, planned_overloads
-from mafsil.job.judgement import summary
+from mafsil.job.judgement import late_pushes, summary
 from mafsil.job.plan import Leg
 from mafsil.job.reading import parse
 from mafsil.job.remark import Remark
@@ -159,7 +159,8 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
         return _refused(outcome)
     robot, motion = outcome
     overloaded = overload_remarks(planned_overloads(job, motion), robot)
-    findings = [*overloaded, *motion.remarks]
+    late = late_pushes(job, motion.duration + job.simulation.settle)
+    findings = [*overloaded, *late, *motion.remarks]
     moves = [(k, leg) for k, leg in enumerate(motion.legs) if leg.index >= 0]
     starts = motion.starts
     cycle = float(starts[len(moves)])

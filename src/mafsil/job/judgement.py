@@ -15,6 +15,7 @@ from mafsil.job.called import Where
 from mafsil.job.causes import Cause
 from mafsil.job.clearances import Clearances, clearance_remarks, clearances
 from mafsil.job.contact_remarks import contact_remarks
+from mafsil.job.description import Job
 from mafsil.job.holding import overload_remarks, overloads
 from mafsil.job.keeping import keeping_remarks
 from mafsil.job.law_conditions import parts_of
@@ -171,7 +172,7 @@ def remarks(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple[R
     found += [] if collapse else [*_limit_remarks(run, numbers, known), *_gravity_remarks(run, numbers)]
     found += _stray_remarks(numbers)
     found += [remark for remark in run.plan.remarks if remark.level != "good"]
-    found += _late_pushes(run, numbers) + _kept_parts(run)
+    found += late_pushes(run.job, numbers.duration) + _kept_parts(run)
     found.sort(key=lambda remark: remark.level != "failure")
     good = [remark for remark in near if remark.level == "good"]
     return (
@@ -328,9 +329,9 @@ def _stray_remarks(numbers: Summary) -> list[Remark]:
     return [Remark("warning", "job.large_error", details)]
 
 
-def _late_pushes(run: Run, numbers: Summary) -> list[Remark]:
-    late = [push for push in run.job.disturbance if push.start >= numbers.duration]
-    end = quantity(numbers.duration, "s")
+def late_pushes(job: Job, duration: float) -> list[Remark]:
+    """Disturbances that begin after the end of the motion [s]."""
+    late, end = [push for push in job.disturbance if push.start >= duration], quantity(duration, "s")
     return [
         Remark("warning", "job.late_disturbance", {"start": quantity(push.start, "s"), "end": end}) for push in late
     ]

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import msgspec
 
-from mafsil.errors import JobError
 from mafsil.job.description import Job
 from mafsil.job.driving_tables import Controller, Simulation
 from mafsil.job.equipment import Equipment, links_without_mass
@@ -39,7 +38,8 @@ def kinematic(job: Job, first: Equipment, places: Places) -> Remark | None:
     if not asked and job.simulation.plant is not None:
         still = links_without_mass(first.robot.mechanism)
         if still:
-            raise JobError("job.no_mass", **details | {"links": ", ".join(map(visible, still))})
+            details["links"] = ", ".join(map(visible, still))
+            raise places.error("job.no_mass", ("simulation", "plant"), **details)
         return None
     why = "asked" if asked else "masses"
     for path in _forces(job):

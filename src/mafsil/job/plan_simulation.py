@@ -7,11 +7,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from warnings import catch_warnings
 
 import numpy as np
 
 from mafsil.control.laws import LawMemory
-from mafsil.errors import JobError
+from mafsil.errors import InputWarning, JobError
 from mafsil.job.arrival import arrival
 from mafsil.job.contacts import environment_of, rigid_surfaces_of
 from mafsil.job.description import Job
@@ -166,7 +167,9 @@ def _recorded(
         gripped = stretch.carried is None or _gripped(job, plan, stretch, recordings[-1], driven[-1])
         plant = loaded if gripped else _plant(job, stretch, stretch.load.robot)
         known = plant.robot if difference.knows_arm else model
-        scenario = _scenario(job, known, stretch, plant, recordings, method, difference)
+        # Where one stretch ends and the next begins is no start that somebody gave: the findings judge it.
+        with catch_warnings(action="ignore", category=InputWarning) if recordings else nullcontext():
+            scenario = _scenario(job, known, stretch, plant, recordings, method, difference)
         driven.append(Driven(stretch, gripped, scenario))
 
         def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
