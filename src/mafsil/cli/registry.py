@@ -60,7 +60,12 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
-        "check-job", "mafsil.cli.run:check_job", (Parameter("job", "path", positional=True, required=True, reads=True),)
+        "check-job",
+        "mafsil.cli.run:check_job",
+        (
+            Parameter("job", "path", positional=True, required=True, reads=True),
+            Parameter("program", "path", metavar="FILE"),
+        ),
     ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),
     Operation(

@@ -16,6 +16,7 @@ from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
 from mafsil.job import Job, Refusal, Run, solve
 from mafsil.job.cell_signals import assignments, conditions
+from mafsil.job.controller_program import language_of, write_program
 from mafsil.job.holding import overload_remarks, planned_overloads
 from mafsil.job.judgement import late_pushes, summary
 from mafsil.job.plan import Leg
@@ -31,6 +32,7 @@ from mafsil.messages.visible import visible
 from mafsil.report.contents import verdict
 from mafsil.report.results import as_data, others_data, require_replaceable, signals_data, write_results
 from mafsil.simulation.recording import SimulationStatus
+from mafsil.whole_file import write_whole
 
 MARKS: dict[str, tuple[str, Tone]] = {"good": ("-", "plain"), "warning": ("!", "warning"), "failure": ("!!", "bad")}
 """What stands before a finding of each level, and its colour."""
@@ -83,16 +85,18 @@ def _assigned(words: str) -> tuple[str, bool | float | str]:
     return name.strip(), typed_value(value)
 
 
-def check_job(job: str) -> Answer:
+def check_job(job: str, program: str | None = None) -> Answer:
     """Plan a job without simulating it.
 
     Args:
         job: path of the file.
+        program: file for the plan as a program of a controller, in the language of its ending; none if None.
 
     Raises:
-        MafsilError: the job or its robot cannot be read, or do not fit each other.
+        MafsilError: the job or its robot cannot be read, or do not fit each other; a controller that cannot drive it.
     """
-    return run(job, None, progress=False, open=False, dry_run=True)
+    path = Path(job)
+    return _planned(text_of(path), path.name, path.parent, {}, progress=False, program=program)
 
 
 def demo(out: str | None, progress: bool, open: bool) -> Answer:
@@ -150,8 +154,16 @@ def _run(
     return _answer(outcome, report)
 
 
-def _planned(text: str, source: str, folder: Path, variables: Mapping[str, object], *, progress: bool) -> Answer:
-    """The motion of a job, and how long it takes."""
+def _planned(
+    text: str,
+    source: str,
+    folder: Path,
+    variables: Mapping[str, object],
+    *,
+    progress: bool,
+    program: str | None = None,
+) -> Answer:
+    """The motion of a job, and how long it takes; as a program of a controller if a file is named."""
     with Progress(progress) as bar:
         job = parse(text, source, variables, folder=folder)
         outcome = prepare(job, text, folder, bar, source)
@@ -199,6 +211,13 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
     lines = [say("cli.run_planned", title=visible(job.title or robot.name), cycle=quantity(cycle, "s"))]
     lines += table(heading, rows)
     lines += map(_finding, findings)
+    if program is not None and not overloaded:
+        file = Path(program)
+        written = write_program(job, motion, language_of(file))
+        write_whole(file, written.text.encode())
+        data["program"] = {"path": program, "lost": [one.sentence("en") for one in written.lost]}
+        lines.append(say("job.program_written", path=program, count=written.count))
+        lines += map(_finding, written.lost)
     return Answer(data, tuple(lines), overloaded[0].sentence() if overloaded else None)
 
 

@@ -1,0 +1,137 @@
+"""Plans as programs of controllers: read back they are the plan, and planned again they are the same path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.cli.main import main
+from mafsil.errors import FileError, InputError
+from mafsil.geometry.quaternion import to_quaternion
+from mafsil.job.controller_program import LANGUAGES, instructions, language_of, read_program, write_program
+from mafsil.job.reading import parse
+from mafsil.job.solve import prepare
+from mafsil.model import library
+
+ARMS = tuple(name for name in library.robots() if not library.load(name).loops)
+HEAD = """
+robot = "ROBOT"
+[tool]
+offset = { position = [0.01, -0.02, 0.13], rpy = [0.3, -0.2, 0.5] }
+mass = 0.4
+com = [0.0, 0.01, 0.05]
+[output]
+close = false
+[input.there]
+start = true
+[collision]
+self_collision = false
+[start]
+joints = START
+"""
+MOVES = """
+[[move]]
+joints = GOAL
+[[move]]
+pick = { mass = 0.02, offset = [0.0, 0.0, 0.03] }
+[[move]]
+set = { close = true }
+[[move]]
+wait = { there = true }
+[[move]]
+pause = 0.125
+[[move]]
+pose = { relative = "space", position = [0.003, -0.004, 0.002] }
+path = "line"
+[[move]]
+joints = START
+"""
+
+
+def planned(robot, moves=MOVES):
+    arm = mf.load(robot)
+    low, high = np.maximum(arm.limits.lower, -1.5), np.minimum(arm.limits.upper, 1.5)
+    text = HEAD.replace("ROBOT", robot) + (moves if arm.n > 5 else moves.replace('path = "line"\n', 'path = "joint"\n'))
+    if arm.n < 6:
+        text = text.replace('pose = { relative = "space", position = [0.003, -0.004, 0.002] }', "joints = GOAL")
+    for seed in range(20):  # until the line does not start at a singularity
+        start = low + (high - low) * np.random.default_rng(seed).uniform(0.2, 0.8, arm.n)
+        goal = start + 0.05 * (high - low) * np.cos(np.arange(arm.n))
+        made = text.replace("START", str(start.tolist())).replace("GOAL", str(goal.tolist()))
+        if found := prepare(parse(made), made, Path()):
+            return made, parse(made), *found
+    raise AssertionError(found)
+
+
+def again(text, steps, robot):
+    """The path of a program, planned by what it says alone."""
+    first, lines, head = None, [], text[: text.index("[start]")]
+    for step in steps:
+        if step.kind == "joints" and first is None:
+            first = step.values.tolist()
+        elif step.kind == "joints":
+            lines.append(f"[[move]]\njoints = {step.values.tolist()}")
+        elif step.kind == "line":
+            p, w = step.values[:3, 3].tolist(), to_quaternion(step.values[:3, :3]).tolist()
+            pose = f"position = {p}, quaternion = {w}"
+            lines.append(f'[[move]]\npose = {{ {pose} }}\npath = "line"')
+    made = "\n".join([head, f"[start]\njoints = {first}", *lines])
+    return [leg for leg in prepare(parse(made), made, Path())[1].legs if leg.kind in ("joint", "line")]
+
+
+@pytest.mark.parametrize("name", LANGUAGES)
+@pytest.mark.parametrize("robot", ARMS)
+def test_a_program_read_back_is_the_plan_and_moves_along_the_same_path(robot, name):
+    language = LANGUAGES[name]
+    text, job, arm, plan = planned(robot)
+    if name == "urscript" and arm.n != 6:
+        with pytest.raises(InputError, match="6 to 6"):
+            write_program(job, plan, language)
+        return
+    program = write_program(job, plan, language)
+    steps, back = instructions(job, plan)[0], read_program(program.text, language, arm.mechanism.angular)
+    assert [one.kind for one in back] == [one.kind for one in steps]
+    assert {"joints", "tool", "load", "set", "wait", "pause"} <= {one.kind for one in back}
+    for one, other in zip(steps, back, strict=True):
+        np.testing.assert_allclose(other.values, one.values, rtol=0.0, atol=1e-11)
+        assert one.number == other.number
+        if language.keeps_time:
+            assert other.time == pytest.approx(one.time, abs=1e-12)
+    legs = [leg for leg in plan.legs if leg.kind in ("joint", "line")]
+    for leg, other in zip(legs, again(text, back, robot), strict=True):
+        share = np.linspace(0.0, 1.0, 101)
+        ours, theirs = (one.trajectory.at(share * one.trajectory.duration).u for one in (leg, other))
+        np.testing.assert_allclose(theirs, ours, rtol=0.0, atol=1e-9)
+    loads = [one.values for one in back if one.kind == "load"]
+    assert [round(float(load[0]), 9) for load in loads] == [0.4, 0.42]
+    T = next(one.values for one in steps if one.kind == "tool")
+    centre = (0.4 * np.array([0.0, 0.01, 0.05]) + 0.02 * (T[:3, :3] @ [0.0, 0.0, 0.03] + T[:3, 3])) / 0.42
+    np.testing.assert_allclose(loads[1][1:], centre, atol=1e-12)
+
+
+def test_what_a_language_cannot_carry_is_listed():
+    choice = "[[move]]\nif = { there = true }\nthen = [{ pause = 0.1 }]\n"
+    _, job, _, plan = planned("ur5e", MOVES + choice)
+    keys = {one.key for one in write_program(job, plan, LANGUAGES["krl"]).lost}
+    assert keys == {"job.program_gripper", "job.program_choice", "job.program_times"}
+    assert all("\u0600" <= max(one.sentence("ar")) for one in write_program(job, plan, LANGUAGES["krl"]).lost)
+
+
+def test_a_line_of_another_program_is_refused_with_its_number():
+    _, job, arm, plan = planned("ur5e")
+    text = write_program(job, plan, LANGUAGES["krl"]).text.replace("WAIT SEC", "HALT")
+    with pytest.raises(FileError, match="HALT"):
+        read_program(text, LANGUAGES["krl"], arm.mechanism.angular)
+
+
+def test_the_command_writes_a_program_and_says_what_is_missing(tmp_path, capsys):
+    job, out = Path("examples/jobs/pick_and_place_ur5_urdf.toml").resolve(), tmp_path / "pick.src"
+    assert main(["check-job", str(job), "--program", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert "gripper" in said
+    assert out.read_text().startswith("DEF mafsil_job()")
+    assert main(["check-job", str(job), "--program", str(tmp_path / "pick.txt")]) == 2
+    assert language_of(out) is LANGUAGES["krl"]
