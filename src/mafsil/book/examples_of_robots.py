@@ -9,7 +9,7 @@ import mafsil.one_joint as oj
 from mafsil.book.entry import Fact
 from mafsil.book.example import Worked, works
 from mafsil.model import Inertial
-from mafsil.model.library import planar2r_point_masses
+from mafsil.model.library.planar import planar2r_point_masses
 from mafsil.one_joint.drives import Gear, matching_ratio
 from mafsil.robot import Robot, as_robot
 
@@ -142,9 +142,11 @@ def damper() -> Worked:
 
 def _blocked(*rows: int) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.float64]], list[Fact]]:
     """Constraints along axes of the task frame (0 to 2 turns, 3 to 5 motions): freedoms of force and of motion."""
-    A = np.eye(6)[list(rows)]
-    P = np.eye(6) - A.T @ np.linalg.inv(A @ A.T) @ A if rows else np.eye(6)
-    return A, [Fact("force", len(rows), len(rows)), Fact("motion", round(float(np.trace(P))), 6 - len(rows))]
+    A, mass = np.eye(6)[list(rows)], 2.0 * np.eye(6) + 0.3 * np.ones((6, 6))
+    metric = np.linalg.inv(mass)
+    P = np.eye(6) - A.T @ np.linalg.solve(A @ metric @ A.T, A @ metric)
+    force, motion = int(np.linalg.matrix_rank(A)), round(float(np.trace(P)))
+    return A, [Fact("force", force, len(rows)), Fact("motion", motion, 6 - len(rows))]
 
 
 @works("10 door")
