@@ -81,8 +81,7 @@ def impedance() -> Iterable[Fact]:
 
     def missed(stiffness: float, damping: float) -> float:
         felt = control.Impedance.of(1, inertia=mass, damping=damping, stiffness=stiffness)
-        follows = np.ravel(felt.frequency_response(w))[0]
-        return float(abs(-mass * w**2 / follows)) if abs(follows) > 1.0 else float(abs(mass * w**2 * follows))
+        return mass * w**2 / float(np.abs(felt.frequency_response(w)).max())
 
     return Fact("soft", missed(50.0, 10.0)), Fact("stiff", missed(500.0, 100.0))
 
