@@ -8,7 +8,6 @@ from mafsil import identification as identification
 from mafsil import ik as ik
 from mafsil import mobility as mobility
 from mafsil import model as model
-from mafsil import one_joint as one_joint
 from mafsil import parallel as parallel
 from mafsil import performance as performance
 from mafsil import planning as planning

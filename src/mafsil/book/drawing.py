@@ -1,15 +1,19 @@
-"""Live objects as elements of a panel: linkages, arms, contacts with their cones, solids."""
+"""Live objects as elements of a panel: linkages, arms with their joint axes, circles and solids."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3
 from mafsil.control.analysis.block_diagram import BlockDiagram
-from mafsil.figures.panel import BLUE, COLOURS, INK, SOFT, Panel
+from mafsil.figures.panel import ACCENT, BLUE, COLOURS, GREEN, INK, SOFT, Panel
+from mafsil.grasp import Grasp
 from mafsil.messages import in_line, say
 from mafsil.mobility.linkages import Kind, Linkage, body_poses
+from mafsil.robot import Robot
 
 MARKERS = {Kind.PRISMATIC: "s", Kind.SPHERICAL: "o", Kind.UNIVERSAL: "P", Kind.CYLINDRICAL: "D", Kind.PIN_IN_SLOT: "d"}
 
@@ -28,7 +32,7 @@ def add_linkage(panel: Panel, linkage: Linkage, theta: ArrayLike | None = None, 
     for k, body in enumerate(linkage.bodies):
         own = [joint for joint in linkage.joints if body in (joint.parent, joint.child)]
         points = np.array([T[k, :3, :3] @ joint.point + T[k, :3, 3] for joint in own])[:, :size]
-        points = points[_around(points)]
+        points = around(points)
         if body == linkage.ground:
             panel.dots(points, SOFT, "^" if size == 2 else "s", 12.0 if size == 2 else 5.0, body)
         elif len(points) > 2:
@@ -39,17 +43,101 @@ def add_linkage(panel: Panel, linkage: Linkage, theta: ArrayLike | None = None, 
         parent = T[linkage.bodies.index(joint.parent)]
         point = (parent[:3, :3] @ joint.point + parent[:3, 3])[:size]
         panel.dots(point, BLUE if joint.actuated else INK, MARKERS.get(joint.kind, "o"), 7.0, f"joint {joint.name}")
+        if size == 3 and joint.kind is Kind.UNIVERSAL:
+            half = 0.1 * linkage.size * parent[:3, :3] @ joint.axis
+            panel.line([point - half, point + half], INK, width=3.0, name=f"axis {joint.name}")
         if letters:
             grounded = linkage.ground in (joint.parent, joint.child)
             panel.label(point, f"${joint.name}$", offset=(0.0, -14.0) if grounded else (9.0, 9.0))
     return panel
 
 
-def _around(points: Floats) -> list[int]:
-    """Order of points around their middle, in the plane that fits them best."""
+def add_arm(
+    panel: Panel,
+    robot: Robot,
+    q: ArrayLike | None = None,
+    *,
+    through: Sequence[tuple[int, ArrayLike]] | None = None,
+    letters: str = "S",
+    flat: bool = False,
+    colour: str = BLUE,
+    tip: str = "b",
+) -> Panel:
+    """An arm: a line named `arm` to its tip, joint axes `axis 1`, ... with their letters, frames of base and tip.
+
+    Args:
+        panel: in space, in the plane if the arm is drawn flat.
+        robot: a serial arm.
+        q: (n,) configuration [rad | m]; zero if None.
+        through: corners of the line as (number of the link, place at zero); the origins of the links if None.
+        letters: of the axes; none are drawn if empty.
+        flat: leave z out.
+        colour: of the line.
+        tip: name of the tip frame; it is not drawn if empty.
+    """
+    values = np.zeros(robot.n) if q is None else np.asarray(q, np.float64)
+    points, size = arm_points(robot, values, through), 2 if flat else 3
+    extent = max(float(np.ptp(points, axis=0).max()), 1e-3)
+    panel.line(points[:, :size], colour, width=4.5, name="arm").dots(points[:-1, :size], width=5.5, name="joints")
+    for k, S in enumerate(robot.jacobian_space(values).T if letters and not flat else ()):
+        omega = S[:3] if S[:3].any() else S[3:]
+        off = [float(np.linalg.norm(np.cross(S[:3], p) + S[3:])) for p in points]  # Zero on the axis of a rotation.
+        near = points[int(np.argmin(off))] if S[:3].any() else points[-1]
+        ends = near + 0.2 * extent * np.array([[-1.0], [1.15]]) * omega
+        panel.line(ends, ACCENT if S[:3].any() else GREEN, "-.", 1.2, f"axis {k + 1}")
+        panel.label(near + 0.27 * extent * omega, f"${letters}_{k + 1}$", ACCENT if S[:3].any() else GREEN)
+    if tip:
+        T = np.asarray(robot.forward_kinematics(values))
+        keep = [0, 1, 3] if flat else [0, 1, 2, 3]
+        panel.frame(T[np.ix_(keep, keep)], 0.22 * extent, tip)
+        panel.frame(np.eye(size + 1), 0.22 * extent, "s")
+    return panel
+
+
+def add_contacts(panel: Panel, grasp: Grasp, scale: float, *, letters: bool = True) -> Panel:
+    """Contacts with their normals `normal 0`, ... and, with friction, their cones `cone 0`, ...; numbers beside them.
+
+    Args:
+        panel: of the dimension of the grasp.
+        grasp: whose contacts are drawn.
+        scale: length of cones and normals [m].
+        letters: write the numbers.
+    """
+    for k, contact in enumerate(grasp.contacts):
+        p, n = contact.point, contact.normal
+        if contact.mu and grasp.dimension == 2:
+            edges = [n + side * contact.mu * contact.tangents[0] for side in (-1, 1)]
+            ends = [p + scale * edge / np.linalg.norm(edge) for edge in edges]
+            panel.fill([p, *ends], BLUE, name=f"cone {k}")
+        elif contact.mu:
+            panel.surface(tube(p, p + scale * n, 0.0, scale * contact.mu), BLUE, 0.35, f"cone {k}")
+        panel.arrow(p - 0.8 * scale * n, 0.8 * scale * n, name=f"normal {k}").dots(p, name=f"contact {k}")
+        if letters:
+            panel.label(p - 1.0 * scale * n, str(k + 1))
+    return panel
+
+
+def arm_points(robot: Robot, q: Floats, through: Sequence[tuple[int, ArrayLike]] | None = None) -> Floats:
+    """(k, 3) corners of the line that stands for an arm, then its tip; arguments as for `add_arm`."""
+    poses, tip = robot.link_poses(q), np.asarray(robot.forward_kinematics(q))[:3, 3]
+    if through is None:
+        return np.vstack([poses[:, :3, 3], tip])
+    at_zero = np.linalg.inv(robot.link_poses(np.zeros(robot.n)))
+    corners = [(poses[k] @ at_zero[k] @ np.append(np.asarray(place, np.float64), 1.0))[:3] for k, place in through]
+    return np.array([*corners, tip])
+
+
+def around(points: Floats) -> Floats:
+    """Points in order around their middle, in the plane that fits them best."""
     middle = points - points.mean(axis=0)
     flat = middle @ np.linalg.svd(middle, full_matrices=False)[2][:2].T
-    return np.argsort(np.arctan2(flat[:, -1], flat[:, 0])).tolist()
+    return points[np.argsort(np.arctan2(flat[:, -1], flat[:, 0]))]
+
+
+def rim(radius: float, angle: float | None = None) -> Floats:
+    """(73, 2) points of a circle about the origin of the plane, or (2,) the one at an angle [rad]."""
+    t = np.linspace(0, 2 * np.pi, 73) if angle is None else np.asarray(angle)
+    return radius * np.stack([np.cos(t), np.sin(t)], axis=-1)
 
 
 def circle(centre: ArrayLike, normal: ArrayLike, radius: float, span: tuple[float, float] = (0.0, 2 * np.pi)) -> Floats:
@@ -74,18 +162,19 @@ def frame_about(axis: Vector3) -> Floats:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def tube(start: ArrayLike, end: ArrayLike, radius: float, tip: float | None = None) -> Floats:
-    """(2, 25, 3) mantle of a cylinder, or of a cone where the radius at its end differs.
+def tube(start: ArrayLike, end: ArrayLike, radius: float, tip: float | None = None, corners: int = 25) -> Floats:
+    """(2, corners, 3) mantle of a cylinder, or of a cone where the radius at its end differs.
 
     Args:
         start, end: (3,) of its axis [m].
         radius: at the start [m].
         tip: radius at the end [m]; the same if None.
+        corners: of its edge, the last one is the first; 5 for a square bar.
     """
     a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
-    R, t = frame_about(b - a), np.linspace(0, 2 * np.pi, 25)
-    ring = np.cos(t)[:, None] * R[:, 0] + np.sin(t)[:, None] * R[:, 1]
-    return np.stack([a + radius * ring, b + (radius if tip is None else tip) * ring])
+    R, t = frame_about(b - a), np.linspace(0, 2 * np.pi, corners)
+    edge = np.cos(t)[:, None] * R[:, 0] + np.sin(t)[:, None] * R[:, 1]
+    return np.stack([a + radius * edge, b + (radius if tip is None else tip) * edge])
 
 
 def sphere(radius: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Floats:

@@ -85,7 +85,7 @@ class _Maker:
     sliders: Mapping[str, Slider]
 
 
-CHAPTERS = ("chapter_2", "chapter_7", "chapter_8", "chapter_9", "chapter_10", "remarks")
+CHAPTERS = (*(f"chapter_{k}" for k in range(2, 11)), "remarks")
 _INDEX: Index[_Maker] = Index(CHAPTERS, "book.unknown_figure")
 
 
