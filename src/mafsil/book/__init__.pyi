@@ -6,3 +6,6 @@ from mafsil.book.example import examples as examples
 from mafsil.book.figure import Figure as Figure
 from mafsil.book.figure import figure as figure
 from mafsil.book.figure import figures as figures
+from mafsil.book.remarks import Remark as Remark
+from mafsil.book.remarks import remark as remark
+from mafsil.book.remarks import remarks as remarks

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from html import escape
@@ -16,6 +16,8 @@ from mafsil.errors import InputError
 from mafsil.messages import direction, keys, say
 
 T = TypeVar("T")
+BESIDE: dict[str, list[Callable[[str | None], str]]] = {}
+"""Remarks that `explain` of a figure or an example says, by its number."""
 
 
 class EntryStatus(Status):
@@ -121,10 +123,15 @@ class Entry(SingleAnswer):
         facts = [self._line(fact, language) for fact in self.facts]
         wrong = self.words("erratum", language)
         lines = [heading, *parts, *facts, say("book.erratum", language=language, text=wrong) if wrong else ""]
+        lines += [remark(language) for remark in BESIDE.get(self.number, ())]
         return "\n".join(line for line in lines if line)
 
     def _line(self, fact: Fact, language: str | None) -> str:
-        name = self.words(fact.name, language) or fact.name
+        shared = f"fact_{fact.name}"
+        known = shared in keys(language or "en", self.AREA)
+        name = self.words(fact.name, language) or (
+            say(f"{self.AREA}.{shared}", language=language) if known else fact.name
+        )
         key = "fact" if fact.printed is None else "fact_printed" if fact.agrees else "fact_differs"
         unit = f" {fact.unit}" if fact.unit else ""
         details = {"value": shown(fact.value) + unit, "printed": shown(fact.printed)}

@@ -1,0 +1,191 @@
+"""Worked examples of chapters 5, 6, 9 and 10: arms, Jacobians, equations of motion, gears, constraints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import mafsil.control as control
+import mafsil.one_joint as oj
+from mafsil.book.entry import Fact
+from mafsil.book.example import Worked, works
+from mafsil.model import Inertial
+from mafsil.model.library.planar import planar2r_point_masses
+from mafsil.one_joint.drives import Gear, matching_ratio
+from mafsil.robot import Robot, as_robot
+
+
+def _home(name: str, place: list[float]) -> Worked:
+    """Where the tip of an arm of the library is at zero, lengths of 1 m."""
+    robot = as_robot(name)
+    return {"robot": robot}, [Fact("home", robot.forward_kinematics(np.zeros(robot.n))[:3, 3], place, "m")]
+
+
+def _screws(name: str, printed: dict[int, list[float]], *, body: bool = False) -> Worked:
+    """Linear parts of joint screws at zero beside the printed ones, by number of the joint; lengths of 1 m."""
+    robot = as_robot(name)
+    S = (robot.jacobian_body if body else robot.jacobian_space)(np.zeros(robot.n))
+    facts = [Fact(f"v_{k}", S[3:, k - 1], value, "m") for k, value in printed.items()]
+    return {"robot": robot, "screws": S}, facts
+
+
+@works("5.1.4 3R")
+def spatial_3r_by_dh() -> Worked:
+    """Spatial 3R by Denavit-Hartenberg."""
+    return _home("spatial3r", [1.0, 0.0, -1.0])
+
+
+@works("5.1.4 RRRP")
+def rrrp_by_dh() -> Worked:
+    """RRRP by Denavit-Hartenberg."""
+    return _home("rrrp", [1.0, 0.0, 0.0])
+
+
+@works("5.1.4 6R")
+def six_r_by_dh() -> Worked:
+    """6R elbow arm by Denavit-Hartenberg."""
+    return _home("elbow6r", [2.0, 0.0, 0.0])
+
+
+@works("5.2.2 3R")
+def spatial_3r_by_exponentials() -> Worked:
+    """Spatial 3R by a product of exponentials."""
+    return _screws("spatial3r", {2: [0.0, 0.0, -1.0], 3: [0.0, 1.0, 0.0]})
+
+
+@works("5.2.2 6R")
+def six_r_by_exponentials() -> Worked:
+    """6R arm by a product of exponentials in the space frame."""
+    return _screws("arm6r", {4: [0.0, 0.0, -1.0], 5: [0.0, 0.0, -2.0]})
+
+
+@works("5.2.2 RRPRRR")
+def rrprrr_by_exponentials() -> Worked:
+    """RRPRRR arm by a product of exponentials."""
+    return _screws("rrprrr", {3: [0.0, 1.0, 0.0], 5: [0.0, 0.0, -1.0]})
+
+
+@works("5.2.4")
+def six_r_in_the_body_frame() -> Worked:
+    """6R arm by a product of exponentials in the body frame."""
+    return _screws("arm6r", {1: [-3.0, 0.0, 0.0], 4: [0.0, 0.0, -2.0], 5: [0.0, 0.0, -1.0]}, body=True)
+
+
+@works("6.1.1 RRRP")
+def jacobian_of_rrrp() -> Worked:
+    """Space Jacobian of an RRRP arm."""
+    robot, q = as_robot("scara_rrrp"), np.array([0.4, 0.7, -0.3, 0.2])
+    s1, c1, s12, c12 = np.sin(0.4), np.cos(0.4), np.sin(1.1), np.cos(1.1)
+    J = robot.jacobian_space(q)
+    facts = Fact("v_2", J[3:, 1], [s1, -c1, 0.0], "m"), Fact("v_3", J[3:, 2], [s1 + s12, -c1 - c12, 0.0], "m")
+    return {"robot": robot, "q": q, "J": J}, [*facts, Fact("v_4", J[3:, 3], [0.0, 0.0, -1.0])]
+
+
+@works("6.1.1 RRPRRR")
+def jacobian_of_rrprrr() -> Worked:
+    """Space Jacobian of an RRPRRR arm."""
+    robot, q = as_robot("rrprrr_upright"), np.array([0.4, 0.3, 0.2, 0.6, -0.5, 0.1])
+    J = robot.jacobian_space(q)
+    facts = Fact("w_5", J[:3, 4]), Fact("length", float(np.linalg.norm(J[:3, 4])))
+    return {"robot": robot, "q": q, "J": J}, [*facts, Fact("rank", int(np.linalg.matrix_rank(J)))]
+
+
+@works("9.1.1 particle")
+def vertical_particle() -> Worked:
+    """A particle that a force lifts."""
+    mass, acceleration = 2.0, 1.5
+    point = Inertial(mass, np.zeros(3))
+    robot = Robot.from_screws(np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]), np.eye(4), inertials=[point])
+    force = float(robot.inverse_dynamics([0.3], [0.7], [acceleration])[0])
+    return {"robot": robot}, [Fact("force", force, mass * acceleration + mass * 9.81, "N")]
+
+
+@works("9.1.1 2R")
+def planar_2r_dynamics() -> Worked:
+    """Torques of a planar 2R arm with point masses."""
+    L1, L2, m1, m2 = 0.8, 0.5, 2.0, 1.5
+    robot = as_robot(planar2r_point_masses((L1, L2), (m1, m2)))
+    q, qd, qdd = np.array([0.4, -0.7]), np.array([1.2, -0.5]), np.array([0.9, 2.1])
+    tau, h, g = robot.inverse_dynamics(q, qd, qdd), m2 * L1 * L2, 9.81
+    c2, s2, c12 = np.cos(q[1]), np.sin(q[1]), np.cos(q.sum())
+    first = ((m1 + m2) * L1**2 + m2 * L2**2 + 2 * h * c2) * qdd[0] + (m2 * L2**2 + h * np.cos(q[0])) * qdd[1]
+    first += -h * s2 * (2 * qd[0] * qd[1] + qd[1] ** 2) + (m1 + m2) * g * L1 * np.cos(q[0]) + m2 * g * L2 * c12
+    second = (m2 * L2**2 + h * c2) * qdd[0] + m2 * L2**2 * qdd[1] - h * qd[0] * qd[1] * s2 - m2 * g * L2 * c12
+    facts = Fact("tau_1", float(tau[0]), float(first), "N m"), Fact("tau_2", float(tau[1]), float(second), "N m")
+    return {"robot": robot, "q": q, "qd": qd, "qdd": qdd}, facts
+
+
+@works("10 gear")
+def gear() -> Worked:
+    """Shares of motor and link in the apparent inertia, and the ratio at which they are equal."""
+    direct, geared = Gear.of(1.0, 1e-3), Gear.of(100.0, 1e-3)
+    ratio = float(matching_ratio(1.0, 1e-3))
+    facts = (
+        Fact("link_share", 100 * (1 - float(direct.motor_share(1.0))), 99.0, "%"),
+        Fact("motor_share", 100 * float(geared.motor_share(1.0)), unit="%"), Fact("ratio", ratio),
+        Fact("half", float(Gear.of(ratio, 1e-3).motor_share(1.0))),
+    )  # fmt: skip
+    return {"direct": direct, "geared": geared}, facts
+
+
+@works("10 damper")
+def damper() -> Worked:
+    """Which velocities and forces can be prescribed against a damper."""
+    B = np.array([[2.0, 1.0], [1.0, 1.0]])
+    free = control.contact.selection(B, [[0, 0], [1, 0]], [[1, 0], [0, 0]], [1.0, 5.0])
+    conflict = control.contact.selection(B, [[1, 0], [0, 0]], [[0, 0], [2, 1]])
+    facts = (
+        Fact("V_2", float(free.V[1]), 3.0, "m/s"), Fact("F_2", float(free.F[1]), 4.0, "N"),
+        Fact("possible", int(bool(free)), 1), Fact("conflict", int(bool(conflict)), 0),
+    )  # fmt: skip
+    return {"selection": free, "conflict": conflict}, facts
+
+
+def _blocked(*rows: int) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.float64]], list[Fact]]:
+    """Constraints along axes of the task frame (0 to 2 turns, 3 to 5 motions): freedoms of force and of motion."""
+    A, mass = np.eye(6)[list(rows)], 2.0 * np.eye(6) + 0.3 * np.ones((6, 6))
+    metric = np.linalg.inv(mass)
+    P = np.eye(6) - A.T @ np.linalg.solve(A @ metric @ A.T, A @ metric)
+    force, motion = int(np.linalg.matrix_rank(A)), round(float(np.trace(P)))
+    return A, [Fact("force", force, len(rows)), Fact("motion", motion, 6 - len(rows))]
+
+
+@works("10 door")
+def door() -> Worked:
+    """A cupboard door: one turn is free."""
+    A, facts = _blocked(0, 1, 3, 4, 5)
+    return {"A": A}, facts
+
+
+@works("10 chalk")
+def chalk() -> Worked:
+    """Chalk on a board: without friction, with friction, lifted."""
+    facts: list[Fact] = []
+    constraints: dict[str, object] = {}
+    for name, rows in (("smooth", (5,)), ("sticking", (3, 4, 5)), ("lifted", ())):
+        A, both = _blocked(*rows)
+        constraints[name] = A
+        facts += [Fact(f"{name}_{fact.name}", fact.value, fact.printed) for fact in both]
+    mode = control.contact.contact_mode(10.0, [3.0, 0.0], 0.5)
+    return {"constraints": constraints, "mode": mode}, facts
+
+
+@works("10 eraser")
+def eraser() -> Worked:
+    """An eraser on a board: three constraints, natural and artificial."""
+    A, facts = _blocked(0, 1, 5)
+    names = ("phi_x", "phi_y", "phi_z", "x", "y", "z")
+    table = control.constraint_table((True, True, False, False, False, True), (0.0, 0.0, 0.0, 1.0, 0.0, 2.0), names)
+    return {"A": A, "table": table}, facts
+
+
+@works("10 one-joint arm")
+def one_joint_arm() -> Worked:
+    """The arm of the chapter under PD and PID control."""
+    arm = oj.JointArm.of(0.5, 1.0, 0.1, 0.1)
+    loop = oj.SecondOrder.of_joint(0.5, 2.1, 2.205)
+    rest = oj.steady_state_error(2.205, arm.gravity_moment, 0.0)
+    facts = (
+        Fact("damping_ratio", float(loop.damping_ratio), 1.0), Fact("rest", float(rest.error), unit="rad"),
+        Fact("ki", float(oj.ki_limit(0.5, 2.1, 2.205)), unit="N m/(rad s)"),
+    )  # fmt: skip
+    return {"arm": arm, "loop": loop, "rest": rest}, facts
