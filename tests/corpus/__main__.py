@@ -60,8 +60,9 @@ def main(words: list[str] | None = None) -> int:
 def _laid_out(
     repositories: Iterable[Repository], options: argparse.Namespace
 ) -> tuple[dict[Repository, Path], dict[Repository, Path]]:
-    """Folders of the repositories, and of their workspaces."""
-    places = {r: checked_out(r, options.cache, options.mirror) for r in repositories}
+    """Folders of the repositories, and of their workspaces; files of those that a mirror lacks count as absent."""
+    here = [r for r in repositories if options.mirror is None or (options.mirror / r.folder).exists()]
+    places = {r: checked_out(r, options.cache, options.mirror) for r in here}
     return places, {r: workspace(r, places, options.cache) for r in places}
 
 

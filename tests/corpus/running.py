@@ -95,8 +95,8 @@ class _Judge:
         about = {"repository": repository.repository, "path": file.path, "format": file.format, "kind": repository.kind}
         if file.no_robot:
             about["no_robot"] = file.no_robot
-        path = self.places[repository] / file.path
-        if not path.exists() or manifest.digest(path.read_bytes()) != file.sha256:
+        path = self.places.get(repository, Path()) / file.path
+        if repository not in self.places or not path.exists() or manifest.digest(path.read_bytes()) != file.sha256:
             return {**about, "absent": True}
         workspace = self.workspaces.get(repository, path.parent)
         arguments, expansion, reason = file.arguments_in(workspace), None, ""

@@ -95,7 +95,8 @@ def solve_ik(
             `direction` of one axis alone.
         axis: (3,) that axis in the frame.
         weights: (6,) of rotations about and positions along axes; zero sets one free. They balance the errors where
-            not all can vanish. Ones if None.
+            not all can vanish; the nearest pose is a local one: with uneven weights along axes of {s} its error may
+            be a fifth above the least, and a start `q0` or more `restarts` may find a nearer one. Ones if None.
         expressed_in: whose axes those of the weights are: `body`: the frame's own; `aligned`: those of {s}, so that
             `(1, 1, 1, 1, 1, 0)` leaves the height free.
         tolerance: largest position error [m], and rotation error [rad] where that has none of its own.
