@@ -1,4 +1,4 @@
-"""`mafsil compare`: laws or planners side by side on a job."""
+"""`mafsil compare`: laws or planners side by side on a job, or its plan and the log of a controller."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from mafsil.errors import FileError, InputError
 from mafsil.figures import plot_search
 from mafsil.job import Job, Refusal
 from mafsil.job.law_bench import CONDITIONS, LawBench, bench_laws
+from mafsil.job.log_comparison import compare_with_log
 from mafsil.job.planner_queries import queries_of
 from mafsil.job.reading import parse
 from mafsil.job.solve import prepare
@@ -35,6 +36,7 @@ def compare(
     seeds: str | None,
     seconds: str | None,
     replay: str | None,
+    log: str | None,
     progress: bool,
     out: str | None = None,
     open: bool = False,
@@ -42,13 +44,15 @@ def compare(
     """Several ways to do the same, side by side.
 
     Args:
-        what: `control`: laws on a job; `planners`: on its moves of the joints among its obstacles.
+        what: `control`: laws on a job; `planners`: on its moves of the joints among its obstacles; `log`: the plan
+            and what a controller logged.
         job: path of the file.
         laws: names of some; all if empty.
         planners: names of some; all if empty.
         seeds: how many searches of each move.
         seconds: for one search [s].
         replay: folder for pictures of the searches of the move that took most nodes, slowly; none if None.
+        log: CSV file that a controller logged.
         progress: print progress even when stderr is no terminal.
         out: directory for a report of laws; none is written if None.
         open: show it in the browser.
@@ -60,7 +64,7 @@ def compare(
     for name, given, kind in (
         ("laws", laws, "control"), ("planners", planners, "planners"), ("seeds", seeds, "planners"),
         ("seconds", seconds, "planners"), ("replay", replay, "planners"),
-        ("out", out, "control"), ("open", open, "control"),
+        ("out", out, "control"), ("open", open, "control"), ("log", log, "log"),
     ):  # fmt: skip
         if given and what != kind:
             raise InputError("cli.compare_option", name=name, what=what)
@@ -73,6 +77,13 @@ def compare(
         planned = prepare(asked, text, path.parent, bar, path.name)
         if isinstance(planned, Refusal):
             return Answer(planned.to_dict(), refusal=planned.explain())
+        if what == "log":
+            if log is None:
+                raise InputError("cli.compare_log_missing")
+            laid_over = compare_with_log(asked, *planned, log)
+            lines = laid_over.explain().split("\n")
+            kept, refusal = (lines, None) if laid_over else (lines[1:], lines[0])
+            return Answer(laid_over.to_dict(), tuple(kept), refusal)
         if what == "planners":
             bar.enter("stage_planning")
             queries = queries_of(planned[1])

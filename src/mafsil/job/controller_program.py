@@ -277,7 +277,7 @@ def _written(step: Instruction, language: Language, angular: Booleans) -> str:
         "v": body, "m": mass, "n": str(step.number), "b": truth[int(step.values.flat[0] > 0.5)],
         "t": _digits(step.time), "s": _digits(speed), "r": _digits(step.zone / language.length),
     }  # fmt: skip
-    return re.sub("<([a-z])>", lambda mark: marks[mark[1]], language.templates[step.kind])
+    return re.sub("<([a-z])>", lambda match: marks[match[1]], language.templates[step.kind])
 
 
 def _in_units(step: Instruction, language: Language, angular: Booleans) -> Floats:

@@ -105,9 +105,9 @@ def simulate_plan(
     if plan.kinematic:
         return Run(job, text, robot, plan, _as_planned(job, plan, log), ())
     planned = tuple(stretches(plan, grips(job, plan)))
-    models = [_loaded(stretch.load, known=True) for stretch in planned]
+    models = [loaded_robot(stretch.load, known=True) for stretch in planned]
     plants = [
-        _plant(job, stretch, model if stretch.carried is None or stretch.carried.known else _loaded(stretch.load))
+        _plant(job, stretch, model if stretch.carried is None or stretch.carried.known else loaded_robot(stretch.load))
         for stretch, model in zip(planned, models, strict=True)
     ]
     method, remark = _method(job, planned, plants)
@@ -197,7 +197,7 @@ def _require_short(job: Job, plan: Plan) -> None:
         raise JobError("job.too_long", duration=plan.duration, ticks=max(ticks, integration), limit=MOST_TICKS)
 
 
-def _loaded(load: Load, *, known: bool = False) -> Robot:
+def loaded_robot(load: Load, *, known: bool = False) -> Robot:
     """The robot with what it carries; with `known` only if the controller knows of it."""
     robot, carried = load.robot, load.carried
     if carried is None or (known and not carried.known):

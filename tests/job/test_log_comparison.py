@@ -1,0 +1,113 @@
+"""Logs of controllers laid over plans: offset, units, signs and causes are found, and none is named without proof."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.cli.main import main
+from mafsil.errors import FileError, InputError
+from mafsil.job.log_comparison import compare_with_log, positions
+from mafsil.job.reading import parse
+from mafsil.job.solve import prepare
+
+ROBOTS = ("ur5e", "ur10e", "puma560", "panda", "iiwa7", "stanford_arm")
+CAUSES = {"none": set(), "payload": {"job.log_payload"}, "friction": {"job.log_friction"}, "sign": {"job.log_sign"}}
+
+
+def job_of(robot):
+    arm = mf.load(robot)
+    low, high = np.maximum(arm.limits.lower, -1.5), np.minimum(arm.limits.upper, 1.5)
+    places = [low + (high - low) * np.linspace(*ends, arm.n) for ends in ((0.35, 0.35), (0.5, 0.75), (0.7, 0.2))]
+    moves = "".join(f"[[move]]\njoints = {place.tolist()}\n" for place in (*places[1:], places[0]))
+    return f'robot = "{robot}"\n[collision]\nself_collision = false\n[start]\njoints = {places[0].tolist()}\n{moves}'
+
+
+def planned(robot):
+    text = job_of(robot)
+    return parse(text), *prepare(parse(text), text, Path())
+
+
+def log(path, robot, plan, kind, rng, *, begin=0.5, offset=0.0, degrees=False, off=0.0):
+    """A log as a controller writes it: what it knows nothing of is in the efforts, or in the coordinates."""
+    t = np.arange(0.0, plan.duration + 1.0, 0.008)
+    now, h, end = np.clip(t - begin, 0.0, plan.duration), 1e-4, plan.duration
+    q, after, before = (positions(plan, np.clip(now + shift, 0.0, end)) for shift in (0.0, h, -h))
+    qd, qdd = (after - before) / (2 * h), (after - 2 * q + before) / h**2
+    arm = robot.with_payload(rng.uniform(0.5, 2.0)) if kind == "payload" else robot
+    tau = np.asarray(arm.inverse_dynamics(q, qd, qdd))
+    if kind == "friction":
+        tau = tau + 0.15 * np.abs(tau).max(axis=0) * np.tanh(qd / 0.01) + 0.1 * qd
+    tau = tau + rng.normal(size=tau.shape) * 0.01 * np.abs(tau).max(axis=0)
+    factors = np.where(robot.mechanism.angular & degrees, 180.0 / np.pi, 1.0)
+    factors[rng.integers(robot.n)] *= -1.0 if kind == "sign" else 1.0
+    q = (q + off + rng.normal(size=q.shape) * 1e-5) * factors
+    heads = [f"actual_{signal}_{k}" for signal in ("q", "torque") for k in range(robot.n)]
+    table = np.column_stack([t + offset, q, tau])
+    np.savetxt(path, table, delimiter=",", header=",".join(["timestamp", *heads]), comments="")
+    return factors
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_offset_units_signs_and_causes_are_found(robot, tmp_path):
+    job, arm, plan = planned(robot)
+    rng, right, named = np.random.default_rng(7), 0, 0
+    for kind, expected in CAUSES.items():
+        for degrees in (False, True):
+            begin, offset = rng.uniform(0.1, 0.9), rng.uniform(-2.0, 3.0)
+            path = tmp_path / "log.csv"
+            factors = log(path, arm, plan, kind, rng, begin=begin, offset=offset, degrees=degrees)
+            found = compare_with_log(job, arm, plan, path)
+            assert found, found.explain()
+            assert found.offset == pytest.approx(begin + offset, abs=1e-3)
+            np.testing.assert_array_equal(found.factors, factors)
+            causes = {remark.key for remark in found.remarks} - {"job.log_degrees"}
+            right += causes == expected
+            named += bool(causes - expected - {"job.log_unclear", "job.log_unknown"})
+    assert named == 0, "a cause that is not there"
+    assert right == 8
+
+
+def test_a_log_that_misses_targets_is_a_failure_with_the_distance(tmp_path):
+    job, arm, plan = planned("ur5e")
+    log(tmp_path / "log.csv", arm, plan, "none", np.random.default_rng(0), off=0.02)
+    found = compare_with_log(job, arm, plan, tmp_path / "log.csv")
+    assert not found
+    assert [one.key for one in found.remarks] == ["job.log_missed"] * 3
+    assert "°" in found.explain("en")
+    assert found.errors.max() == pytest.approx(0.02, abs=1e-4)
+
+
+def test_payload_and_friction_together_are_both_named(tmp_path):
+    """Leaving out either of them leaves more than twice as much."""
+    job, arm, plan = planned("puma560")
+    rng = np.random.default_rng(1)
+    log(tmp_path / "log.csv", arm.with_payload(2.0), plan, "friction", rng)
+    keys = {remark.key for remark in compare_with_log(job, arm, plan, tmp_path / "log.csv").remarks}
+    assert keys == {"job.log_friction", "job.log_payload"}
+
+
+def test_what_is_no_log_of_the_job_is_refused(tmp_path):
+    job, arm, plan = planned("ur5e")
+    path = tmp_path / "log.csv"
+    log(path, arm, plan, "none", np.random.default_rng(0))
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:20]))
+    with pytest.raises(InputError, match="less than half"):
+        compare_with_log(job, arm, plan, path)
+    path.write_text("\n".join(line.split(",", 1)[1] for line in lines))
+    with pytest.raises(FileError, match="'t'"):
+        compare_with_log(job, arm, plan, path)
+
+
+def test_the_command_lays_a_log_over_a_job(tmp_path, capsys):
+    _, arm, plan = planned("ur5e")
+    (tmp_path / "job.toml").write_text(job_of("ur5e"))
+    log(tmp_path / "log.csv", arm, plan, "payload", np.random.default_rng(3))
+    command = ["compare", "log", str(tmp_path / "job.toml")]
+    assert main([*command, "--log", str(tmp_path / "log.csv")]) == 0
+    assert "payload" in capsys.readouterr().out
+    assert main(command) == 2
