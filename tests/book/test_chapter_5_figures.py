@@ -77,6 +77,12 @@ def test_figure_5_2() -> None:
     assert (high - low) @ T[:3, 2] == pytest.approx(-0.4)
     assert foot == pytest.approx(low)
     assert high == pytest.approx(T[:3, 3])
+    twist = points("link", r"$\alpha_{i-1}$") - foot
+    assert twist[0] / 0.75 == pytest.approx([0, 0, 1])
+    assert twist[-1] / 0.75 == pytest.approx(T[:3, 2])
+    angle = points("link", r"$\theta_i$") - T[:3, 3]
+    assert angle[-1] / 0.38 == pytest.approx(T[:3, 0])
+    assert angle[0] / 0.38 == pytest.approx([1, 0, 0])  # from the direction of x_(i-1)
     for name in ("axis i-1", "axis i"):  # the common normal is across both axes
         assert np.diff(points("link", name), axis=0)[0] @ (foot - start) == pytest.approx(0.0, abs=1e-12)
 

@@ -62,7 +62,7 @@ ELSEWHERE = {
     "tests/verification": "Verification",
 }
 """Where the other answers are held against an independent source: tests whose calls return them."""
-NO_CLAIM = {"Expression", "Refusal"}
+NO_CLAIM = {"Expression", "Refusal", "Figure", "Example", "Remark"}
 """Truths that say nothing of a number."""
 
 

@@ -55,9 +55,12 @@ def _link(row: DHRow, q: float = 0.0) -> Drawing:
         panel.line([point - 0.6 * axis, point + 1.3 * axis], SOFT, "--" if row.kind == "P" else "-.", 1.2, name)
     panel.line([np.zeros(3), foot], ACCENT, width=3.0, name="a").label(foot / 2, "$a_{i-1}$", ACCENT)
     panel.line([foot, T[:3, 3]], SECOND, width=3.0, name="d").label((foot + T[:3, 3]) / 2, "$d_i$", SECOND)
-    panel.line([foot, foot + 0.5 * np.eye(3)[2]], PALE, "--")
-    panel.label(foot + 0.55 * np.array([0, -np.sin(row.alpha / 2), np.cos(row.alpha / 2)]), r"$\alpha_{i-1}$", RED)
-    panel.label(T[:3, 3] + 0.55 * rotation.from_axis_angle(z, -row.theta / 2) @ T[:3, 0], r"$\theta_i$", BLUE)
+    x, origin = np.eye(3)[0], T[:3, 3]
+    twist = foot + 0.75 * rotation.from_axis_angle(x, np.linspace(0.0, row.alpha, 25)) @ np.eye(3)[2]
+    angle = origin + 0.38 * rotation.from_axis_angle(z, np.linspace(-row.theta, 0.0, 25)) @ T[:3, 0]
+    for centre, way, text, colour in ((foot, twist, r"$\alpha_{i-1}$", RED), (origin, angle, r"$\theta_i$", BLUE)):
+        panel.line([centre, centre + 1.2 * (way[0] - centre)], PALE, "--").line(way, colour, name=text)
+        panel.label(centre + 1.25 * (way[12] - centre), text, colour)
     found = np.array([fit.row.alpha, fit.row.a, fit.row.d, fit.row.theta])
     return Drawing({"link": panel}, {"row": row, "T": T, "fit": fit}, [Fact("parameters", found)])
 

@@ -303,7 +303,8 @@ def _label(axes: Any, element: Element) -> Any:
 
 def _surface(axes: Any, element: Element) -> Any:
     look = {"color": element.colour, "alpha": element.alpha, "linewidth": 0.2, "edgecolor": SOFT}
-    return axes.plot_surface(*np.moveaxis(element.points, -1, 0), zorder=1, rstride=2, cstride=2, **look)
+    rows, columns = (max(1, size // 24) for size in element.points.shape[:2])
+    return axes.plot_surface(*np.moveaxis(element.points, -1, 0), zorder=1, rstride=rows, cstride=columns, **look)
 
 
 _DRAWERS = {
