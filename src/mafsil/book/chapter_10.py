@@ -188,7 +188,7 @@ def feedforward_with_a_wrong_mass_centre(amplitude: float) -> Drawing:
     for name, middle in (("a", -pi / 2), ("b", pi / 2)):
         task = _task(middle, amplitude)
         law = oj.JointLaw.feedforward(MODEL)
-        wanted = (lambda t, m=middle: (m - amplitude * np.cos(t), amplitude * np.sin(t), amplitude * np.cos(t)))
+        wanted = lambda t, m=middle: (m - amplitude * np.cos(t), amplitude * np.sin(t), amplitude * np.cos(t))
         run = oj.run(ARM, law, wanted, pi, start=task(0.0)[0], step=pi / 1000)
         panel = Panel((TIME, r"$\theta$ [rad]"), equal=False)
         panel.line(np.column_stack([run.t, run.theta + run.error]), SOFT, "--", 1.8, name="wanted")

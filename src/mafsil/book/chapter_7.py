@@ -127,7 +127,9 @@ def shoulder_with_offset(offset: float) -> Drawing:
     reach = sqrt(hypot(*p) ** 2 - offset**2)
     for k, (theta, rho) in enumerate(zip(angles, (reach, -reach), strict=True)):
         ahead, left = np.array([cos(theta), sin(theta)]), np.array([-sin(theta), cos(theta)])
-        plan.line([[0, 0], offset * left, offset * left + rho * ahead], COLOURS[k], width=3.0, name=("left", "right")[k])
+        plan.line(
+            [[0, 0], offset * left, offset * left + rho * ahead], COLOURS[k], width=3.0, name=("left", "right")[k]
+        )
     phi, alpha = atan2(p[1], p[0]), atan2(offset, reach)
     plan.arc([0, 0], 0.34, (0.0, phi), r"$\varphi$", name="phi").arc([0, 0], 0.24, (phi - alpha, phi), r"$\alpha$")
     plan.dots([0, 0], INK, width=7.0).dots(p, RED, width=7.0, name="wrist").label(p, "$p$", RED, (10, 6))
@@ -204,7 +206,9 @@ def two_circles_on_a_sphere(turn_1: float, turn_2: float) -> Drawing:
     turns = subproblems.two_axes(w1, w2, p2, p1).solutions()
     panel = Panel(zoom=1.3).surface(sphere(1.0), alpha=0.15)
     for name, w, p, colour in (("w_1", w1, p1, ACCENT), ("w_2", w2, p2, BLUE)):
-        panel.line(circle((w @ p) * w, w, float(np.linalg.norm(np.cross(w, p)))), colour, width=2.0, name=f"circle {name}")
+        panel.line(
+            circle((w @ p) * w, w, float(np.linalg.norm(np.cross(w, p)))), colour, width=2.0, name=f"circle {name}"
+        )
         panel.arrow([0, 0, 0], 1.35 * w, rf"$\omega_{name[-1]}$", colour=colour)
         panel.dots(p, colour, width=8.0, name=f"p {name}").label(1.15 * p, f"$p_{name[-1]}$", colour)
     for k, (_, theta) in enumerate(turns):
@@ -223,9 +227,14 @@ def stanford_arm() -> Drawing:
     panel = Panel().frame(np.eye(4), 0.2, "0").line([[0, 0, 0], shoulder], BLUE, width=5.0, name="column")
     panel.line([shoulder, shoulder + UPPER * along], BLUE, width=7.0, name="sleeve")
     panel.line([shoulder, CENTRE], INK, width=2.5, name="rod").dots(CENTRE, RED, width=8.0, name="wrist")
-    panel.dots(shoulder, INK, width=8.0).label(CENTRE, "$p$", RED, (10, 8)).label(shoulder, r"$\theta_2$", offset=(-14, 8))
+    panel.dots(shoulder, INK, width=8.0).label(CENTRE, "$p$", RED, (10, 8)).label(
+        shoulder, r"$\theta_2$", offset=(-14, 8)
+    )
     panel.arrow(shoulder + (UPPER + 0.02) * along, 0.12 * along, r"$d_3$", colour=GREEN, reach=1.8)
-    facts = Fact("joints", q, unit="rad, rad, m"), Fact("stroke", float(np.linalg.norm(CENTRE - shoulder)) - UPPER, unit="m")
+    facts = (
+        Fact("joints", q, unit="rad, rad, m"),
+        Fact("stroke", float(np.linalg.norm(CENTRE - shoulder)) - UPPER, unit="m"),
+    )
     return Drawing({"a": panel}, {"robot": robot, "solutions": solutions}, facts)
 
 
@@ -235,7 +244,9 @@ def newton_tangents(start: float) -> Drawing:
     record = ik.find_root(lambda x: x**2 - 2.0, [start], lambda x: np.array([[2.0 * x[0]]]), tolerance=1e-9)
     x = record.iterates[:, 0]
     graph = np.linspace(0.5, max(start, float(x.max())) + 0.2, 121)
-    panel = Panel(("$x$", "$f(x)$"), equal=False).line(np.column_stack([graph, graph**2 - 2]), BLUE, width=2.0, name="f")
+    panel = Panel(("$x$", "$f(x)$"), equal=False).line(
+        np.column_stack([graph, graph**2 - 2]), BLUE, width=2.0, name="f"
+    )
     panel.line([[graph[0], 0], [graph[-1], 0]], INK, width=0.8)
     for k in range(min(3, len(x) - 1)):
         panel.line([[x[k], x[k] ** 2 - 2], [x[k + 1], 0]], ACCENT, name=f"tangent {k}")

@@ -35,19 +35,25 @@ def stewart_platform(height: float, turn: float) -> Drawing:
         panel.line([a, a + leg], BLUE, width=3.0, name=f"leg {k + 1}")
     panel.frame(np.eye(4), 0.7, "s").frame(T, 0.6, "b")
     p, a, b = T[:3, 3], robot.base[0], robot.base[0] + d[0]
-    panel.arrow([0, 0, 0], p, "$p$", colour=RED, reach=0.5, name="p").arrow([0, 0, 0], a, "$a_1$", colour=RED, reach=0.6)
+    panel.arrow([0, 0, 0], p, "$p$", colour=RED, reach=0.5, name="p").arrow(
+        [0, 0, 0], a, "$a_1$", colour=RED, reach=0.6
+    )
     panel.arrow(p, b - p, "$b_1$", colour=RED, reach=0.6).label((a + b) / 2, "$d_1$", INK, (12, 0))
     facts = Fact("lengths", robot.lengths(T), unit="m"), Fact("rank", int(np.linalg.matrix_rank(robot.jacobian(T))))
     return Drawing({"a": panel}, {"robot": robot, "T_sb": T}, facts)
 
 
-@draws("8.2", status=EntryStatus.REBUILT, q1=Slider(-0.4, 0.9, 0.3), q2=Slider(-0.4, 0.9, 0.1), q3=Slider(-0.4, 0.9, 0.2))
+@draws(
+    "8.2", status=EntryStatus.REBUILT, q1=Slider(-0.4, 0.9, 0.3), q2=Slider(-0.4, 0.9, 0.1), q3=Slider(-0.4, 0.9, 0.2)
+)
 def delta_robot(q1: float, q2: float, q3: float) -> Drawing:
     """A Delta robot hanging from its base; the platform keeps its orientation."""
     robot, q = pa.DeltaRobot(0.4, 0.1, 0.5, 1.0), np.array([q1, q2, q3])
     p, u = robot.forward_kinematics(q).x[0], robot.directions
     elbows, ends = robot.elbows(q) + robot.platform * u, p + robot.platform * u
-    panel = Panel(elevation=12.0, zoom=1.3).fill(robot.base * u, SOFT, name="base").fill(ends, ACCENT, 0.5, name="platform")
+    panel = (
+        Panel(elevation=12.0, zoom=1.3).fill(robot.base * u, SOFT, name="base").fill(ends, ACCENT, 0.5, name="platform")
+    )
     for k in range(3):
         across = 0.07 * np.cross(UP, u[k])
         panel.line([robot.base * u[k], elbows[k]], BLUE, width=4.0, name=f"arm {k + 1}").dots(robot.base * u[k], GREEN)
@@ -105,7 +111,9 @@ def three_chains() -> Drawing:
         panel.label(places[0], (r"$\theta$", r"$\varphi$", r"$\psi$")[k], offset=(-12, 0))
         feet.append(places[0])
         ends.append(places[-1])
-    panel.fill(feet, SOFT, name="base").fill(ends, ACCENT, 0.4, name="platform").frame(np.eye(4), 0.4, "s").frame(T, 0.3, "b")
+    panel.fill(feet, SOFT, name="base").fill(ends, ACCENT, 0.4, name="platform").frame(np.eye(4), 0.4, "s").frame(
+        T, 0.3, "b"
+    )
     facts = Fact("mobility", legs.counted_mobility), Fact("gap", float(np.abs(legs.closure(closed.q)).max()))
     return Drawing({"a": panel}, {"legs": legs, "q": closed.q}, facts)
 
@@ -136,9 +144,7 @@ def four_bar_and_its_curve(crank: float) -> Drawing:
     return Drawing(panels, {"printed": printed, "crossing": crossing}, facts)
 
 
-def _five_bar(
-    robot: pa.FiveBar, theta: Floats, driven: Sequence[int] = (0, 4)
-) -> tuple[Panel, pa.LoopSingularities]:
+def _five_bar(robot: pa.FiveBar, theta: Floats, driven: Sequence[int] = (0, 4)) -> tuple[Panel, pa.LoopSingularities]:
     """Bars, joints (driven ones filled), a blocked velocity as a dotted line through the tip."""
     s = np.cumsum(theta[:4])
     steps = robot.chain.lengths[:4, None] * np.column_stack([np.cos(s), np.sin(s)])

@@ -26,6 +26,8 @@ def free_body_of_a_link(elbow: float) -> Drawing:
     T[:2, :2], T[:2, 2] = np.column_stack([along, [-along[1], along[0]]]), middle
     panel.frame(T, 0.25, "i").arrow(middle, [0, -0.35], r"$m_i g$", colour=RED, name="weight")
     panel.arrow(start - 0.45 * along, 0.4 * along, r"$F_i$", colour=ACCENT, reach=-0.15, name="wrench i")
-    panel.arrow(end + 0.45 * along, -0.4 * along, r"$-\mathrm{Ad}^\top F_{i+1}$", colour=GREEN, reach=-0.35, name="wrench i+1")
+    panel.arrow(
+        end + 0.45 * along, -0.4 * along, r"$-\mathrm{Ad}^\top F_{i+1}$", colour=GREEN, reach=-0.35, name="wrench i+1"
+    )
     panel.arc(start, 0.14, (1.0, 4.0), colour=SOFT, head=True, name="torque")
     return Drawing({"a": panel}, {"robot": robot, "q": q, "reactions": reactions}, [Fact("links", robot.n)])

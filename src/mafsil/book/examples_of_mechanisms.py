@@ -98,6 +98,7 @@ def spray_arm_task() -> Worked:
 @works("3.2.2")
 def rectangle() -> Worked:
     """A rectangle held by four frictionless contacts, as printed and as the text means it."""
+
     def held(signs: tuple[float, float], l: tuple[float, float, float, float]) -> Grasp:
         places = ([l[0], 1.5], [2.5, l[1]], [signs[0] * l[2], -1.5], [-2.5, signs[1] * l[3]])
         pushes = ([0.0, -1.0], [-1.0, 0.0], [0.0, 1.0], [1.0, 0.0])
@@ -124,8 +125,13 @@ def l_shaped_body() -> Worked:
 @works("3.3.1")
 def box_between_fingers() -> Worked:
     """Two fingers with friction hold a box for every friction above zero."""
-    pairs = {mu: Grasp([Contact([-1.0, 0.0], [1.0, 0.0], mu), Contact([1.0, 0.0], [-1.0, 0.0], mu)]) for mu in (0.5, 0.0)}
-    facts = Fact("with_friction", int(bool(pairs[0.5].closure())), 1), Fact("without", int(bool(pairs[0.0].closure())), 0)
+    pairs = {
+        mu: Grasp([Contact([-1.0, 0.0], [1.0, 0.0], mu), Contact([1.0, 0.0], [-1.0, 0.0], mu)]) for mu in (0.5, 0.0)
+    }
+    facts = (
+        Fact("with_friction", int(bool(pairs[0.5].closure())), 1),
+        Fact("without", int(bool(pairs[0.0].closure())), 0),
+    )
     return {"grasps": pairs}, [*facts, Fact("push", 9.81 / (2 * 0.5), unit="N")]
 
 
