@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from math import cos, pi, sin
 
 import numpy as np
@@ -16,6 +17,7 @@ from mafsil.book.programs import Bench, Reference, computed_torque_loop, feedfor
 from mafsil.figures.panel import ACCENT, BLUE, COLOURS, GREEN, INK, RED, SECOND, SOFT, Panel
 from mafsil.figures.touching import push_response
 from mafsil.one_joint.drives import SpeedFriction
+from mafsil.robot import as_robot
 
 ARM = oj.JointArm.of(0.5, 1.0, 0.1, 0.1)
 """The arm of the chapter: M = 0.5 kg m^2, m = 1 kg, r = 0.1 m, b = 0.1 N m s/rad."""
@@ -29,7 +31,7 @@ TIME, ERROR = "$t$ [s]", r"$\theta_e$ [rad]"
 @draws("10.1")
 def control_system() -> Drawing:
     """The loop with amplifier, actuator and sensors, and the simplified one."""
-    law = control.pid(1, *GAINS[[0, 2]])
+    law = control.pid(1, GAINS[0], GAINS[2])
     both = {"a": control.block_diagram(law), "b": control.block_diagram(law, idealised=True)}
     panels = {name: add_blocks(Panel(), diagram) for name, diagram in both.items()}
     facts = Fact("blocks_a", len(both["a"].blocks)), Fact("blocks_b", len(both["b"].blocks))
@@ -51,7 +53,7 @@ def one_joint_arm(theta: float) -> Drawing:
 @draws("10.3")
 def pid_diagram() -> Drawing:
     """The three terms of PID, their sum, and what comes back."""
-    diagram = control.block_diagram(control.pid(1, *GAINS[[0, 2]], GAINS[1]), idealised=True)
+    diagram = control.block_diagram(control.pid(1, GAINS[0], GAINS[2], GAINS[1]), idealised=True)
     facts = [Fact("terms", len(diagram.terms))]
     return Drawing({"a": add_blocks(Panel(), diagram)}, {"diagram": diagram}, facts, cell=(8.0, 4.0))
 
@@ -76,7 +78,7 @@ def error_response(damping_ratio: float) -> Drawing:
     return Drawing({"a": panel}, {"loop": loop, "measures": seen}, facts, cell=(6.4, 4.4))
 
 
-def _locus(locus: oj.RootLocus, gains: dict[float, str], limits: tuple[float, float, float, float]) -> Panel:
+def _locus(locus: oj.RootLocus, gains: Mapping[float, str], limits: tuple[float, float, float, float]) -> Panel:
     """Branches, and crosses at gains with their colours."""
     panel = Panel(("Re $s$ [1/s]", "Im $s$ [1/s]"), limits=limits, equal=False)
     for k in range(locus.roots.shape[1]):
@@ -103,7 +105,8 @@ def roots_of_pd() -> Drawing:
         responses.label([t[at], error[at]], f"$K_p = {gain:.4g}$", colour, (38, -14 if gain > 100.0 else 10), 8.0)
     loops = oj.SecondOrder.of_joint(0.5, 10.1, kp)
     facts = (
-        Fact("kp", kp), Fact("settling", loops.settling_time(), unit="s"), Fact("rule", loops.settling_by_rule, unit="s"),
+        Fact("kp", kp), Fact("settling", loops.settling_time(), unit="s"),
+        Fact("rule", loops.settling_by_rule, unit="s"),
         Fact("overshoot", 100 * float(loops.overshoot[2]), unit="%"),
         Fact("short", 100 * float(1 - loops.settling_by_rule[1] / loops.settling_time()[1]), unit="%"),
     )  # fmt: skip
@@ -148,7 +151,7 @@ def _still(goal: float) -> Reference:
 
 def _program(text: str, t: Floats, error: Floats, marks: tuple[float, ...]) -> dict[str, Panel]:
     graph = Panel((TIME, ERROR), equal=False).line(np.column_stack([t, error]), BLUE, width=1.8, name="error")
-    at = [int(round(mark / (t[1] - t[0]))) for mark in marks]
+    at = [round(float(time / (t[1] - t[0]))) for time in marks]
     graph.dots(np.column_stack([t[at], error[at]]), ACCENT, name="marks")
     code = Panel(limits=(0.0, 1.0, -1.0, 0.0), equal=False).code([0.02, -0.03], text, 8.5)
     return {"a": code, "b": graph}
@@ -159,7 +162,7 @@ def program_of_pid(period: float) -> Drawing:
     """The PID loop as a program, and the error when it runs."""
     bench, ticks = Bench(ARM, -pi / 2, period), round(5.0 / period)
     pid_loop(bench.sense, bench.command, _still(0.0), GAINS, period, ticks)
-    t, error = period * np.arange(ticks + 1), -bench.theta
+    t, error = np.linspace(0.0, period * ticks, ticks + 1), -bench.theta
     facts = [Fact(f"error_{k}", error[round(k / period)], unit="rad") for k in (1, 2, 5)]
     return Drawing(_program(listing(pid_loop), t, error, (1.0, 2.0)), {"bench": bench}, facts, cell=(5.0, 3.6))
 
@@ -168,13 +171,17 @@ def _task(middle: float, amplitude: float = 1.0) -> Reference:
     return lambda t: (middle - amplitude * cos(t), amplitude * sin(t), amplitude * cos(t))
 
 
+def _cosine(middle: float, amplitude: float = 1.0) -> Callable[[Floats], tuple[Floats, Floats, Floats]]:
+    return lambda t: (middle - amplitude * np.cos(t), amplitude * np.sin(t), amplitude * np.cos(t))
+
+
 @draws("10.9")
 def program_of_feedforward() -> Drawing:
     """The feedforward loop as a program, and the error when it runs with the right model."""
     dt, ticks, task = 0.005, 628, _task(-pi / 2)
     bench = Bench(ARM, task(0.0)[0], dt)
     feedforward_loop(bench.command, task, ARM, dt, ticks)
-    t = dt * np.arange(ticks + 1)
+    t = np.linspace(0.0, dt * ticks, ticks + 1)
     error = np.array([task(one)[0] for one in t]) - bench.theta
     facts = [Fact("largest", float(np.abs(error).max()), unit="rad")]
     return Drawing(_program(listing(feedforward_loop), t, error, ()), {"bench": bench}, facts, cell=(5.4, 3.4))
@@ -188,8 +195,7 @@ def feedforward_with_a_wrong_mass_centre(amplitude: float) -> Drawing:
     for name, middle in (("a", -pi / 2), ("b", pi / 2)):
         task = _task(middle, amplitude)
         law = oj.JointLaw.feedforward(MODEL)
-        wanted = lambda t, m=middle: (m - amplitude * np.cos(t), amplitude * np.sin(t), amplitude * np.cos(t))
-        run = oj.run(ARM, law, wanted, pi, start=task(0.0)[0], step=pi / 1000)
+        run = oj.run(ARM, law, _cosine(middle, amplitude), pi, start=task(0.0)[0], step=pi / 1000)
         panel = Panel((TIME, r"$\theta$ [rad]"), equal=False)
         panel.line(np.column_stack([run.t, run.theta + run.error]), SOFT, "--", 1.8, name="wanted")
         panels[name] = panel.line(np.column_stack([run.t, run.theta]), BLUE, width=2.0, name="angle")
@@ -205,8 +211,6 @@ def feedforward_with_a_wrong_mass_centre(amplitude: float) -> Drawing:
 @draws("10.11")
 def computed_torque_diagram() -> Drawing:
     """Feedback to an acceleration, the mass matrix, the bias, the arm."""
-    from mafsil.robot import as_robot
-
     diagram = control.block_diagram(control.computed_torque(as_robot("planar2r")), idealised=True)
     facts = [Fact("terms", len(diagram.terms))]
     return Drawing({"a": add_blocks(Panel(), diagram)}, {"diagram": diagram}, facts, cell=(8.6, 3.2))
@@ -219,11 +223,7 @@ def feedforward_feedback_and_both() -> Drawing:
         "feedforward": oj.JointLaw.feedforward(MODEL), "PID": oj.JointLaw.pid(*GAINS),
         "computed torque": oj.JointLaw.computed_torque(MODEL, *GAINS),
     }  # fmt: skip
-
-    def task(t: Floats) -> tuple[Floats, Floats, Floats]:
-        return pi / 2 - np.cos(t), np.sin(t), np.cos(t)
-
-    runs = {name: oj.run(ARM, law, task, pi, start=pi / 2 - 1, step=pi / 1000) for name, law in laws.items()}
+    runs = {name: oj.run(ARM, law, _cosine(pi / 2), pi, start=pi / 2 - 1, step=pi / 1000) for name, law in laws.items()}
     error, effort = Panel((TIME, ERROR), equal=False), Panel((TIME, r"$\int\tau^2\,dt$"), equal=False)
     for k, (name, run) in enumerate(runs.items()):
         spent = np.concatenate([[0.0], np.cumsum(np.diff(run.t) * (run.torque[1:] ** 2 + run.torque[:-1] ** 2) / 2)])
@@ -243,7 +243,7 @@ def program_of_computed_torque(period: float) -> Drawing:
     task, ticks = _task(pi / 2), round(pi / period)
     bench = Bench(ARM, task(0.0)[0], period)
     computed_torque_loop(bench.sense, bench.command, task, MODEL, GAINS, period, ticks)
-    t = period * np.arange(ticks + 1)
+    t = np.linspace(0.0, period * ticks, ticks + 1)
     error = np.array([task(one)[0] for one in t]) - bench.theta
     facts = [Fact("rms", float(np.sqrt(np.mean(error**2))), unit="rad")]
     return Drawing(_program(listing(computed_torque_loop), t, error, ()), {"bench": bench}, facts, cell=(5.4, 3.6))

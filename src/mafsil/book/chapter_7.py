@@ -1,4 +1,4 @@
-"""Figures of chapter 7: the planar 2R arm, arms of the PUMA and Stanford types, their constructions, Newton's method."""
+"""Figures of chapter 7: the planar 2R arm, arms of the PUMA and Stanford types, constructions, Newton's method."""
 
 from __future__ import annotations
 

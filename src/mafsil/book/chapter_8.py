@@ -18,6 +18,9 @@ from mafsil.geometry import pose
 from mafsil.mobility import FourBar
 from mafsil.parallel.planar import output_angles, singular_points
 
+BASE = np.array([[0.0, 0.0], [4.0, 0.0], [2.0, 3.5]])
+PLATFORM = np.array([[-0.5, -0.3], [0.5, -0.3], [0.0, 0.6]])
+"""Joints of the planar platform of figure 8.4 [m]."""
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -82,7 +85,7 @@ def eclipse(tilt: float) -> Drawing:
 @draws("8.4", x=Slider(1.2, 2.8, 2.1, "m"), y=Slider(0.6, 2.2, 1.3, "m"), phi=Slider(-1.0, 1.0, radians(20.0)))
 def planar_three_rpr(x: float, y: float, phi: float) -> Drawing:
     """A planar platform on three sliding legs with its vectors."""
-    robot = pa.PlanarThreeRPR([[0, 0], [4, 0], [2, 3.5]], [[-0.5, -0.3], [0.5, -0.3], [0, 0.6]])
+    robot = pa.PlanarThreeRPR(BASE, PLATFORM)
     place = np.array([x, y, phi])
     d = robot.leg_vectors(place)
     ends = robot.base + d
@@ -104,7 +107,7 @@ def three_chains() -> Drawing:
     legs = pa.three_rps(1.0, 0.5, 1.0)
     closed = pa.leg_forward(legs, [0.1, -0.05, 0.15])
     T, panel = legs.poses(closed.q)[0], Panel(zoom=1.3)
-    feet, ends = [], []
+    feet, ends = list[Floats](), list[Floats]()
     for k, J in enumerate(legs.leg_jacobians(closed.q)):
         places = joint_places(J, T[:3, 3])
         panel.line(places, BLUE, width=2.4, name=f"chain {k + 1}").dots(places, INK, width=6.0)

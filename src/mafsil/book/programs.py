@@ -59,7 +59,7 @@ def listing(program: Callable[..., None]) -> str:
 
 
 class Bench:
-    """A one-joint arm that a program senses and drives: the torque is kept for a period, over ten steps of fourth order.
+    """A one-joint arm that a program senses and drives: a torque is kept for a period.
 
     Args:
         arm: the arm that is really there, with viscous friction.
