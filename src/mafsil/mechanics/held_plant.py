@@ -53,9 +53,9 @@ class HeldPlant(TreePlant):
 
     def _free(self, q: Expression, v: Expression, load: Expression) -> Expression:
         M, bias = self._terms(q, v)
-        return self._solved(M, load - bias, q, v)
+        return self._solve(M, load - bias, q, v)
 
-    def _solved(self, M: Expression, load: Expression, q: Expression, v: Expression) -> Expression:
+    def _solve(self, M: Expression, load: Expression, q: Expression, v: Expression) -> Expression:
         asked = loops(self.tree, self.joints, q, v)
         held = HeldTree(M, asked.rows, self.holding.rows)
         qdd, _ = held.accelerations(load, asked.bias)

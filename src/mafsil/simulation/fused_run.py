@@ -90,13 +90,13 @@ class FusedRun(Run):
             if end == ticks:
                 good[-1] = True
             if not good.all():
-                return self._ended(first + int(np.argmin(good)), SimulationStatus.BLOWN_UP)
+                return self._end(first + int(np.argmin(good)), SimulationStatus.BLOWN_UP)
             if self.log is not None and self.log.is_due():
                 self._keep(self.log, end)
             if progress is not None and progress(min(end, last) / max(last, 1)) is False:
-                return self._ended(end - 1, SimulationStatus.CANCELLED)
+                return self._end(end - 1, SimulationStatus.CANCELLED)
             first = end
-        return self._ended(last, SimulationStatus.COMPLETED)
+        return self._end(last, SimulationStatus.COMPLETED)
 
     def _begin_memory(self) -> None:
         """Integrals go on where the run before left them, if there was one."""
@@ -112,9 +112,9 @@ class FusedRun(Run):
         if self.memory is not None:
             self.loop.leave_to(self.integrals, self.start[0].shape, k)
 
-    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+    def _end(self, k: int, status: SimulationStatus) -> SimulationStatus:
         self._end_memory(k)
-        return super()._ended(k, status)
+        return super()._end(k, status)
 
     def _trusted_until(self, first: int, end: int) -> int:
         """The first tick whose results do not hold: where a closed chain is too near a singular state."""

@@ -168,7 +168,7 @@ class VariedRun(Run):
             return acting
         return np.where((k < delay)[:, None], before[np.maximum(delay - k, 0), rows], acting)
 
-    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+    def _end(self, k: int, status: SimulationStatus) -> SimulationStatus:
         """Efforts of runs that ended before do not count.
 
         Commands that still wait are left to the run that follows, which begins with the last tick of this one.
@@ -178,7 +178,7 @@ class VariedRun(Run):
             size = len(self.waiting)
             late = self.waiting[np.maximum(k - np.arange(size), 0) % size]
             self.memory.waiting = np.where(np.isfinite(late), late, 0.0)
-        return super()._ended(k, status)
+        return super()._end(k, status)
 
     def _require_finite(self, t: float, command: JointVector) -> None:
         """A run whose efforts are not finite blows up by itself; the others go on."""
@@ -207,10 +207,10 @@ class VariedFusedRun(FusedRun):
             return super()._stepper()
         return VariedStepper(self.scenario, self.variants)
 
-    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+    def _end(self, k: int, status: SimulationStatus) -> SimulationStatus:
         """Efforts of runs that ended before do not count."""
         self.tau[k][self.ends <= k] = 0.0
-        return super()._ended(k, status)
+        return super()._end(k, status)
 
     def _trusted_until(self, first: int, end: int) -> int:
         """The end: rows whose steps do not hold end there, for nobody can do them by hand."""
