@@ -246,6 +246,10 @@ WORKS_OF_ROBOTICS = (
         "Compliance control of robot manipulator for safe physical human robot interaction", "Örebro University", 2011,
         modules("control.contact.impedance"),
     ),
+    Citation(
+        "jazar2010", "R. N. Jazar", "Theory of Applied Robotics: Kinematics, Dynamics, and Control",
+        "2nd ed., Springer", 2010, modules("model.denavit_hartenberg", "mechanics.quantities.inverse_dynamics"),
+    ),
 )  # fmt: skip
 """Each with the modules whose matter it treats."""
 """What stands behind more than control: textbooks, and papers on one question."""
