@@ -71,3 +71,10 @@ def test_unknown_numbers_and_sliders_are_refused() -> None:
 def test_numbers_are_shown_without_rounding_dust() -> None:
     assert shown([1e-17, -2.0, 0.12345]) == "(0, -2, 0.1235)"
     assert shown(np.int64(6)) == "6"
+
+
+def test_the_command_line_explains_lists_and_draws(tmp_path: Path) -> None:
+    assert "2.5" in command("book", "figure", "2.5", "--picture", str(tmp_path / "x.png"))
+    assert (tmp_path / "x.png").stat().st_size > 1000
+    assert json.loads(command("book", "example", "2.4", "--json"))["facts"]["rank"]["value"] == 3
+    assert len(json.loads(command("book", "figure", "--json"))["figure"]) == 102

@@ -114,6 +114,15 @@ OPERATIONS: tuple[Operation, ...] = (
     ),
     Operation("list", "mafsil.cli.library_list:robots"),
     Operation(
+        "book",
+        "mafsil.cli.book:book",
+        (
+            Parameter("what", "text", positional=True, choices=("figure", "example", "remark")),
+            Parameter("number", "text", positional=True),
+            Parameter("picture", "path"),
+        ),
+    ),
+    Operation(
         "show",
         "mafsil.cli.show:show",
         (
