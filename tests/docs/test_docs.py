@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -68,3 +69,12 @@ def test_mjcf_page_is_current() -> None:
 def test_stub_of_the_robot_is_current() -> None:
     done = subprocess.run([sys.executable, str(ROOT / "docs" / "make_robot_stub.py"), "--check"], check=False)
     assert done.returncode == 0, "run python docs/make_robot_stub.py"
+
+
+def test_the_manual_page_and_completions_of_the_wheel_are_those_of_the_commands():
+    done = subprocess.run([sys.executable, str(ROOT / "docs" / "make_shell_files.py"), "--check"], check=False)
+    assert done.returncode == 0, "run python docs/make_shell_files.py"
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    shared = settings["tool"]["hatch"]["build"]["targets"]["wheel"]["shared-data"]
+    assert {ROOT / file for file in shared} == set((ROOT / "docs" / "shell").iterdir())
+    assert shared["docs/shell/mafsil.1"] == "share/man/man1/mafsil.1"
