@@ -2,13 +2,14 @@ _mafsil() {
     local current="${COMP_WORDS[COMP_CWORD]}" previous="${COMP_WORDS[COMP_CWORD-1]}" words
     case "${COMP_WORDS[1]}" in
         run) words='--out --progress --open --dry-run --set --plant --real-time --log --runs --cluster --json --lang --no-color --debug --help mafsil mujoco kinematic' ;;
-        check-job) words='--json --lang --no-color --debug --help' ;;
+        check-job) words='--program --json --lang --no-color --debug --help' ;;
         demo) words='--out --progress --open --json --lang --no-color --debug --help' ;;
         sweep) words='--simulate --progress --json --lang --no-color --debug --help' ;;
-        compare) words='--laws --planners --seeds --seconds --replay --out --progress --open --json --lang --no-color --debug --help control planners' ;;
+        compare) words='--laws --planners --seeds --seconds --replay --log --out --progress --open --json --lang --no-color --debug --help control planners log' ;;
         diff) words='--json --lang --no-color --debug --help' ;;
         studio) words='--port --open --view --json --lang --no-color --debug --help' ;;
         list) words='--json --lang --no-color --debug --help' ;;
+        book) words='--picture --json --lang --no-color --debug --help figure example remark' ;;
         show) words='--tip --picture --out --open --view --degrees --lock --tool --payload --xacro-arg --model --base --gravity --json --lang --no-color --debug --help arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e' ;;
         fk) words='--frame --tip --degrees --lock --tool --payload --xacro-arg --model --base --gravity --json --lang --no-color --debug --help arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e' ;;
         ik) words='--pose --all --near --task --frame --tip --degrees --picture --lock --tool --payload --xacro-arg --model --base --gravity --json --lang --no-color --debug --help pose position axis arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e' ;;
@@ -35,7 +36,7 @@ _mafsil() {
         man) words='--json --lang --no-color --debug --help' ;;
         info) words='--export-check --build --json --lang --no-color --debug --help' ;;
     esac
-    [ "$COMP_CWORD" -eq 1 ] && words='run check-job demo sweep compare diff studio list show fk ik dynamics plan base-placement singularity statics workspace dh derive check-homework convert mobility parallel synthesis grasp lint verify identify export trajectory completion man info --version --help --lang'
+    [ "$COMP_CWORD" -eq 1 ] && words='run check-job demo sweep compare diff studio list book show fk ik dynamics plan base-placement singularity statics workspace dh derive check-homework convert mobility parallel synthesis grasp lint verify identify export trajectory completion man info --version --help --lang'
     [ "$previous" = --lang ] && words='en ar'
     COMPREPLY=($(compgen -W "$words" -- "$current") $([ "$COMP_CWORD" -gt 1 ] && compgen -f -- "$current"))
 }

@@ -16,6 +16,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from run' -l debug
 complete -c mafsil -n '__fish_seen_subcommand_from run' -l help
 complete -c mafsil -n '__fish_seen_subcommand_from run' -a 'mafsil mujoco kinematic'
 complete -c mafsil -n __fish_use_subcommand -a check-job -d 'plan a job without simulating it: moves, durations, findings; exit code 1 if it cannot be done'
+complete -c mafsil -n '__fish_seen_subcommand_from check-job' -l program
 complete -c mafsil -n '__fish_seen_subcommand_from check-job' -l json
 complete -c mafsil -n '__fish_seen_subcommand_from check-job' -l lang
 complete -c mafsil -n '__fish_seen_subcommand_from check-job' -l no-color
@@ -44,6 +45,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from compare' -l planners
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l seeds
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l seconds
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l replay
+complete -c mafsil -n '__fish_seen_subcommand_from compare' -l log
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l out
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l progress
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l open
@@ -52,7 +54,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from compare' -l lang
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l no-color
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l debug
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l help
-complete -c mafsil -n '__fish_seen_subcommand_from compare' -a 'control planners'
+complete -c mafsil -n '__fish_seen_subcommand_from compare' -a 'control planners log'
 complete -c mafsil -n __fish_use_subcommand -a diff -d 'compare the results of two runs: job, cycle, errors, efforts, moves, findings'
 complete -c mafsil -n '__fish_seen_subcommand_from diff' -l json
 complete -c mafsil -n '__fish_seen_subcommand_from diff' -l lang
@@ -74,6 +76,14 @@ complete -c mafsil -n '__fish_seen_subcommand_from list' -l lang
 complete -c mafsil -n '__fish_seen_subcommand_from list' -l no-color
 complete -c mafsil -n '__fish_seen_subcommand_from list' -l debug
 complete -c mafsil -n '__fish_seen_subcommand_from list' -l help
+complete -c mafsil -n __fish_use_subcommand -a book -d 'show figures, worked examples and remarks of the textbook by number; without a number, list them'
+complete -c mafsil -n '__fish_seen_subcommand_from book' -l picture
+complete -c mafsil -n '__fish_seen_subcommand_from book' -l json
+complete -c mafsil -n '__fish_seen_subcommand_from book' -l lang
+complete -c mafsil -n '__fish_seen_subcommand_from book' -l no-color
+complete -c mafsil -n '__fish_seen_subcommand_from book' -l debug
+complete -c mafsil -n '__fish_seen_subcommand_from book' -l help
+complete -c mafsil -n '__fish_seen_subcommand_from book' -a 'figure example remark'
 complete -c mafsil -n __fish_use_subcommand -a show -d 'print joints, limits, masses, screw axes and data sources of a robot, or write its 3D page'
 complete -c mafsil -n '__fish_seen_subcommand_from show' -l tip
 complete -c mafsil -n '__fish_seen_subcommand_from show' -l picture

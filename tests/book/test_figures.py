@@ -1,5 +1,6 @@
 """What all figures of the book share: words in both languages, sliders, files, refusals."""
 
+import json
 import re
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.book.entry import EntryStatus, shown
+from mafsil.cli.main import main
 from mafsil.errors import InputError
 
 EARLY = [number for number in mf.book.figures() if int(number.split(".")[0]) <= 6]
@@ -73,8 +75,15 @@ def test_numbers_are_shown_without_rounding_dust() -> None:
     assert shown(np.int64(6)) == "6"
 
 
-def test_the_command_line_explains_lists_and_draws(tmp_path: Path) -> None:
-    assert "2.5" in command("book", "figure", "2.5", "--picture", str(tmp_path / "x.png"))
-    assert (tmp_path / "x.png").stat().st_size > 1000
-    assert json.loads(command("book", "example", "2.4", "--json"))["facts"]["rank"]["value"] == 3
-    assert len(json.loads(command("book", "figure", "--json"))["figure"]) == 102
+def test_the_command_line_explains_lists_and_draws(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["book", "figure", "2.5", "--picture", "x.png"]) == 0
+    assert "2.5" in capsys.readouterr().out
+    assert Path("x.png").stat().st_size > 1000
+    assert main(["book", "example", "2.4", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["facts"]["rank"]["value"] == 3
+    assert main(["book", "figure", "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["figure"]) == 102
+    assert main(["book", "remark", "2", "--picture", "x.png"]) == 2
