@@ -8,6 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import (
+    acceleration,
     axis_triples,
     euler,
     length_units,
@@ -20,7 +21,6 @@ from mafsil.geometry import (
     vehicle,
     wrench,
 )
-from mafsil.geometry import relative_motion as acceleration
 from mafsil.geometry.displacement_kind import DisplacementKind, classify
 from mafsil.geometry.frames import CameraScene
 from mafsil.geometry.lines import common_normal
