@@ -85,17 +85,8 @@ class _Maker:
     sliders: Mapping[str, Slider]
 
 
-CHAPTERS = (
-    "chapter_2",
-    "chapter_3",
-    "chapter_4",
-    "chapter_5",
-    "chapter_6",
-    "chapter_7",
-    "chapter_8",
-    "chapter_9",
-    "chapter_10",
-)
+CHAPTERS = (*(f"chapter_{k}" for k in range(2, 11)), "remarks")
+"""Modules of the entries, and of what is said beside them."""
 _INDEX: Index[_Maker] = Index(CHAPTERS, "book.unknown_figure")
 
 
