@@ -34,6 +34,7 @@ def test_figure_10_2() -> None:
 @pytest.mark.capability("12-100")
 def test_figure_10_3() -> None:
     figure = mf.book.figure("10.3")
+    assert figure["terms"] == 3
     assert {f"term {k} > sum" for k in (1, 2, 3)} <= set(figure.panels["a"].names)
     assert [term.text for term in figure.objects["diagram"].terms] == ["Kp (u - q)", "Kd (v - q̇)", "Ki ∫(u - q) dt"]
 
@@ -119,6 +120,7 @@ def test_figure_10_10() -> None:
 @pytest.mark.capability("12-108")
 def test_figure_10_11() -> None:
     figure = mf.book.figure("10.11")
+    assert figure["terms"] == 2
     texts = [term.text for term in figure.objects["diagram"].terms]
     assert texts == ["M(q) [a + Kp (u - q) + Kd (v - q̇)]", "c(q, q̇) + g(q)"]
     assert {"trajectory > term 1", "sensors > term 2", "sum > arm"} <= set(figure.panels["a"].names)

@@ -78,7 +78,9 @@ def _ring_normals(figure: mf.book.Figure) -> list[np.ndarray]:
 def test_figure_4_4() -> None:
     figure = mf.book.figure("4.4", alpha=0.9, gamma=0.1)
     assert (figure["rank"], figure["sense"]) == (2, pytest.approx(-1.0))
-    assert figure.objects["R"] == pytest.approx(mf.book.figure("4.4", alpha=1.2, gamma=0.4).objects["R"])
+    R = expm(0.9 * hat(np.eye(3)[2])) @ expm(np.pi / 2 * hat(np.eye(3)[1])) @ expm(0.1 * hat(np.eye(3)[0]))
+    assert figure.objects["R"] == pytest.approx(R)
+    assert R == pytest.approx(mf.book.figure("4.4", alpha=1.2, gamma=0.4).objects["R"])
     first, second, *_ = _ring_normals(figure)
     a = expm(0.9 * hat(np.eye(3)[2]))
     assert abs(first @ a @ np.eye(3)[0]) == pytest.approx(1.0)

@@ -122,7 +122,8 @@ def test_a_delay_keeps_efforts_back():
 
 
 def test_the_bench_measures_what_each_law_bears():
-    text = JOB.format(kind="computed_torque", gains="", friction="false")
+    laid = JOB.replace("joints =", 'profile = "quintic"\njoints =')
+    text = laid.format(kind="computed_torque", gains="", friction="false")
     robot, plan = planned(text)
     shares: list[float] = []
     found = bench_laws(parse(text), text, robot, plan, ("computed_torque", "pd_gravity", "pid"), shares.append)
