@@ -167,6 +167,8 @@ def test_figure_10_14() -> None:
 def test_figure_10_15() -> None:
     figure = mf.book.figure("10.15")
     assert figure["felt"] == pytest.approx([0.0, 0.18 * 2.0, 0.0, 2.0, 0.0, 1.0])
+    assert figure["felt"][:3] == pytest.approx(np.cross(figure.objects["lever"], figure.objects["force"]))
+    assert figure["felt"][3:] == pytest.approx(figure.objects["force"] + figure.objects["weight"])
     assert figure.status.name == "SCHEMATIC"
     start, end = figure.panels["a"]["force"]
     assert start == pytest.approx([0.0, 0.0, 0.18])
@@ -182,6 +184,8 @@ def test_figure_10_16() -> None:
     assert (figure["constraints"], figure["freedoms"]) == (3, 3)
     natural = [row.natural for row in figure.objects["table"]]
     assert natural == ["dphi_x/dt = 0", "dphi_y/dt = 0", "F_phi_z = 0", "F_x = 0", "F_y = 0", "dz/dt = 0"]
+    axes = [[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]]
+    assert figure.objects["T_sb"][:2, :2] == pytest.approx(np.array(axes))
     sole = figure.panels["a"]["eraser -1"]
     assert sole[:, 2] == pytest.approx(0.0)
 

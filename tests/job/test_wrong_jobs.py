@@ -60,7 +60,7 @@ WRONG: dict[str, tuple[str, int, str]] = {
         H + "[limits]\nvelocity = 1.0\nacceleration = 2.0\n"
         '[[move]]\nname = "hurry"\njoints = [1.5, 0.5]\nduration = 0.1\n',
         5,
-        "the shortest duration within the limits is 2.813 s",
+        "the shortest duration within the limits is 2.000 s",
     ),
     "no time": (H + "[[move]]\njoints = [0.5, 0.5]\nduration = 0\n", 4, "it must be >= 1e-09"),
     "place without pick": (H + G + '[[move]]\nname = "let go"\nplace = true\n', 6, "pick one before"),
@@ -150,12 +150,12 @@ WRONG: dict[str, tuple[str, int, str]] = {
     "gains below zero": (H + '[controller]\nkind = "pid"\nkp = [-5, -5]\n' + G, 4, "it must be >= 1e-09"),
     "gains of three joints": (H + '[controller]\nkind = "pid"\nkp = [5, 5, 5]\n' + G, 4, "one number or 2"),
     "pid without gains of another law": (
-        H + '[controller]\nkind = "computed_torque"\npress = 5.0\n' + G,
+        H + '[controller]\nkind = "computed_torque"\nnormal_force = 5.0\n' + G,
         4,
         "its gains are: frequency",
     ),
-    "press without a surface": (
-        U + '[controller]\nkind = "hybrid"\npress = 15.0\n' + J,
+    "normal force without a surface": (
+        U + '[controller]\nkind = "hybrid"\nnormal_force = 15.0\n' + J,
         6,
         "add a table [[surface]], or choose another law",
     ),
