@@ -115,7 +115,7 @@ def test_a_row_is_sound(row: Quantity) -> None:
 @pytest.mark.parametrize("row", CATALOGUE.values(), ids=CATALOGUE)
 def test_signatures_say_what_a_routine_takes(row: Quantity) -> None:
     robot = mf.load("panda")
-    expected = [*row.inputs, *row.optional, *(["frame"] if row.framed else []), "out", "threads"]
+    expected = [*row.inputs, *row.optional, *(["frame"] if row.framed else []), "out", "threads", "degrees"]
     assert list(inspect.signature(getattr(robot, row.name)).parameters) == expected
     assert list(inspect.signature(getattr(Robot, row.name)).parameters) == ["self", *expected]
     assert str(inspect.signature(getattr(robot, row.name))) == row.parameters
