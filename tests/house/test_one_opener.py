@@ -8,7 +8,7 @@ import pytest
 
 import mafsil as mf
 from mafsil import collision, trajectory
-from mafsil.cli.recorded_run import require_success
+from mafsil.cli.trajectory import require_success
 from mafsil.errors import MafsilError
 from mafsil.grasp import read_grasp_file
 from mafsil.mobility import read_linkage

@@ -10,8 +10,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.job import Run, parse, solve
-from mafsil.job.held_slopes import HeldArm
-from mafsil.job.law_stability import growth_along, quiet_law
+from mafsil.job.law_stability import HeldArm, growth_along, quiet_law
 from mafsil.trajectory import Motion, quintic
 from mafsil.trajectory.profiles import rest
 

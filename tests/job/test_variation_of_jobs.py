@@ -16,9 +16,9 @@ from mafsil.cli.main import main
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, parse, solve
 from mafsil.job.arrival import arrival, goal_of
+from mafsil.job.solve import vary
 from mafsil.job.variation import CAUSES, SHARES
 from mafsil.job.variation_table import SPREADS
-from mafsil.job.vary import vary
 from mafsil.simulation import Normal, Variation
 
 JOB = """
@@ -134,7 +134,7 @@ def test_chunks_and_executors_change_nothing(monkeypatch):
         with ThreadPoolExecutor(2) as pool:
             yield pool if where == "2" else None
 
-    monkeypatch.setattr("mafsil.job.vary.cluster_of", threads)
+    monkeypatch.setattr("mafsil.job.solve.cluster_of", threads)
     monkeypatch.setattr("mafsil.simulation.chunk_runs.MOST_IN_CHUNK", 5)
     there = vary(driven(), cluster="2")
     for name, array in here.drawn.outcomes.arrays().items():

@@ -98,7 +98,7 @@ def test_results_are_replaced_where_directories_cannot_be_opened(
 
     monkeypatch.setattr(os, "open", refuse)
     monkeypatch.setattr(shutil, "_use_fd_functions", False)
-    monkeypatch.setattr(results, "_exchanged", lambda first, second: False)
+    monkeypatch.setattr(results, "_exchange", lambda first, second: False)
     for text in ("old", "new"):
         results.write_folder(tmp_path / "out", lambda partial, text=text: (partial / "report.html").write_text(text))
     assert (tmp_path / "out" / "report.html").read_text() == "new"

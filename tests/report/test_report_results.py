@@ -89,7 +89,7 @@ def test_a_failed_write_leaves_the_old_results(small_run: Run, tmp_path: Path, m
 
 
 def test_without_exchange_two_renames_do(small_run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(results, "_exchanged", lambda first, second: False)
+    monkeypatch.setattr(results, "_exchange", lambda first, second: False)
     for _ in range(2):
         write_results(small_run, tmp_path / "out")
     assert whole(tmp_path / "out")

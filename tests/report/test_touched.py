@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.collision import Obstacle, Plane
 from mafsil.job import Run, parse, solve
-from mafsil.report.obstacles import drawn
+from mafsil.report.replay import drawn
 from mafsil.report.touched import standing
 from mafsil.scene.inline import near_side, patch, stretch
 

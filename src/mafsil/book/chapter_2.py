@@ -292,14 +292,14 @@ def task_spaces(bend: float) -> Drawing:
                 [0.4, 0.2, bend, 0.3, 0.6, 0.0])  # fmt: skip
     rows = ([3, 4], [3, 4], [3, 4, 5], [0, 1, 2], [2, 3, 4, 5], [1, 2, 3, 4, 5])
     ranks = [
-        int(np.linalg.matrix_rank(_turned(robot, np.asarray(q))[row], tol=1e-9))
+        int(np.linalg.matrix_rank(_turn(robot, np.asarray(q))[row], tol=1e-9))
         for robot, q, row in zip(robots.values(), configurations, rows, strict=True)
     ]
     facts = [Fact(name, m, n) for name, m, n in zip(panels, ranks, (2, 2, 2, 3, 4, 5), strict=True)]
     return Drawing(panels, robots, facts)
 
 
-def _turned(robot: Robot, q: Floats) -> Floats:
+def _turn(robot: Robot, q: Floats) -> Floats:
     """(6, n) velocity of the tip, its rotation in the axes of the tip: row 0 is a turn about the nozzle, x_b."""
     R = np.asarray(robot.forward_kinematics(q))[:3, :3]
     return np.vstack([R.T @ tool_jacobian(robot, q)[:3], tool_jacobian(robot, q)[3:]])
@@ -337,7 +337,7 @@ def spray_painting_arm(bend: float, azimuth: float) -> Drawing:
     panel = add_arm(Panel(), robot, q, letters="J", tip="")
     panel.surface(tube(tip, tip + 0.5 * nozzle, 0.01, 0.18), ACCENT, 0.35, "cone")
     panel.arrow(tip, 0.6 * nozzle, r"$\hat u(\theta, \varphi)$", colour=SECOND, name="nozzle")
-    facts = (Fact("joints", robot.n, 6), Fact("dimension", int(np.linalg.matrix_rank(_turned(robot, q)[1:])), 5))
+    facts = (Fact("joints", robot.n, 6), Fact("dimension", int(np.linalg.matrix_rank(_turn(robot, q)[1:])), 5))
     return Drawing({"arm": panel}, {"robot": robot, "q": q, "direction": nozzle}, facts)
 
 

@@ -151,7 +151,7 @@ def nguyen_theorem(mu: float, shift: float) -> Drawing:
     facts = [Fact("delta", abs(atan(shift / 2)), unit="rad"), Fact("alpha", friction_angle(mu), unit="rad")]
     outcome = {name: two_fingers(*grasp.contacts) for name, grasp in named.items()}
     facts += [Fact(name, int(bool(answer))) for name, answer in outcome.items()]
-    return Drawing({name: _joined(grasp) for name, grasp in named.items()}, {**named, "verdicts": outcome}, facts)
+    return Drawing({name: _join(grasp) for name, grasp in named.items()}, {**named, "verdicts": outcome}, facts)
 
 
 def _pinch(mu: float, shift: float) -> Grasp:
@@ -159,7 +159,7 @@ def _pinch(mu: float, shift: float) -> Grasp:
     return Grasp([Contact((0, -1), (0, 1), mu), Contact((shift, 1), (0, -1), mu)])
 
 
-def _joined(grasp: Grasp) -> Panel:
+def _join(grasp: Grasp) -> Panel:
     first, second = (contact.point for contact in grasp.contacts)
     width = max(1.2, float(second[0]) + 0.3)
     panel = _held(grasp, np.array([[-1.0, -1], [width, -1], [width, 1], [-1.0, 1]]), 1.2)
@@ -170,7 +170,7 @@ def _joined(grasp: Grasp) -> Panel:
 def proof_of_nguyen(tilt: float) -> Drawing:
     """The four positions of the line and the cones: in both, in one, in none on two sides or on one."""
     tilts = {"both": (0.1, 0.1), "one": (0.1, tilt), "opposite": (tilt, tilt), "same": (tilt, -tilt)}
-    named = {name: _tilted(*pair) for name, pair in tilts.items()}
+    named = {name: _tilt(*pair) for name, pair in tilts.items()}
     outcome = {name: two_fingers(*grasp.contacts) for name, grasp in named.items()}
     facts = [Fact(name, int(bool(answer))) for name, answer in outcome.items()]
     panels = {
@@ -180,7 +180,7 @@ def proof_of_nguyen(tilt: float) -> Drawing:
     return Drawing(panels, {**named, "verdicts": outcome}, facts, 4)
 
 
-def _tilted(first: float, second: float) -> Grasp:
+def _tilt(first: float, second: float) -> Grasp:
     """Contacts at (0, -1) and (0, 1) whose normals are turned from the line by two angles."""
     normals = (-sin(first), cos(first)), (sin(second), -cos(second))
     return Grasp([Contact((0, y), n, tan(0.35)) for y, n in zip((-1, 1), normals, strict=True)])

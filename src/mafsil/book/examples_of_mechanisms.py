@@ -16,7 +16,7 @@ from mafsil.performance.singularities import rank
 from mafsil.robot import as_robot
 
 
-def _counted(**printed: int) -> Worked:
+def _count(**printed: int) -> Worked:
     """Mobility of mechanisms of the library beside the printed one, by name."""
     reports = {name: mo.mobility(name) for name in printed}
     return reports, [Fact(name, reports[name].count.mobility, value) for name, value in printed.items()]
@@ -25,13 +25,13 @@ def _counted(**printed: int) -> Worked:
 @works("2.1")
 def four_bar_and_slider_crank() -> Worked:
     """One freedom each, the slider-crank counted twice."""
-    return _counted(four_bar=1, slider_crank=1, slotted_slider_crank=1)
+    return _count(four_bar=1, slider_crank=1, slotted_slider_crank=1)
 
 
 @works("2.2")
 def planar_classics() -> Worked:
     """Serial chain of three links, five-bar, six-bars."""
-    objects, facts = _counted(five_bar=2, stephenson=1, watt=1)
+    objects, facts = _count(five_bar=2, stephenson=1, watt=1)
     chain = mo.mobility(mo.library.chain(3))
     return {**objects, "chain": chain}, [Fact("chain", chain.mobility, 3), *facts]
 
@@ -39,7 +39,7 @@ def planar_classics() -> Worked:
 @works("2.3")
 def overlapping_joints() -> Worked:
     """Two joints at one place."""
-    objects, facts = _counted(overlapping_joints=3)
+    objects, facts = _count(overlapping_joints=3)
     linkage = objects["overlapping_joints"].linkage
     return objects, [*facts, Fact("links", len(linkage.bodies), 7), Fact("joints", len(linkage.joints))]
 
@@ -62,7 +62,7 @@ def singular_cases() -> Worked:
 @works("2.5")
 def stewart_gough() -> Worked:
     """Six freedoms; twelve if every leg has two balls."""
-    objects, facts = _counted(six_ups=6, six_sps=12)
+    objects, facts = _count(six_ups=6, six_sps=12)
     linkage = objects["six_ups"].linkage
     return objects, [*facts, Fact("links", len(linkage.bodies), 14), Fact("joints", len(linkage.joints), 18)]
 
@@ -70,7 +70,7 @@ def stewart_gough() -> Worked:
 @works("2.6")
 def three_upu() -> Worked:
     """Three freedoms by count, more at home with radial axes."""
-    objects, facts = _counted(three_upu=3)
+    objects, facts = _count(three_upu=3)
     radial = mo.mobility("radial_three_upu")
     first_order = radial.instantaneous.rates.shape[1]
     return {**objects, "radial": radial}, [*facts, Fact("at_home", first_order)]

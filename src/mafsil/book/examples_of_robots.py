@@ -140,7 +140,7 @@ def damper() -> Worked:
     return {"selection": free, "conflict": conflict}, facts
 
 
-def _blocked(*rows: int) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.float64]], list[Fact]]:
+def _block(*rows: int) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.float64]], list[Fact]]:
     """Constraints along axes of the task frame (0 to 2 turns, 3 to 5 motions): freedoms of force and of motion."""
     A, mass = np.eye(6)[list(rows)], 2.0 * np.eye(6) + 0.3 * np.ones((6, 6))
     metric = np.linalg.inv(mass)
@@ -152,7 +152,7 @@ def _blocked(*rows: int) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.float6
 @works("10 door")
 def door() -> Worked:
     """A cupboard door: one turn is free."""
-    A, facts = _blocked(0, 1, 3, 4, 5)
+    A, facts = _block(0, 1, 3, 4, 5)
     return {"A": A}, facts
 
 
@@ -162,7 +162,7 @@ def chalk() -> Worked:
     facts: list[Fact] = []
     constraints: dict[str, object] = {}
     for name, rows in (("smooth", (5,)), ("sticking", (3, 4, 5)), ("lifted", ())):
-        A, both = _blocked(*rows)
+        A, both = _block(*rows)
         constraints[name] = A
         facts += [Fact(f"{name}_{fact.name}", fact.value, fact.printed) for fact in both]
     mode = control.contact.contact_mode(10.0, [3.0, 0.0], 0.5)
@@ -172,7 +172,7 @@ def chalk() -> Worked:
 @works("10 eraser")
 def eraser() -> Worked:
     """An eraser on a board: three constraints, natural and artificial."""
-    A, facts = _blocked(0, 1, 5)
+    A, facts = _block(0, 1, 5)
     names = ("phi_x", "phi_y", "phi_z", "x", "y", "z")
     table = control.constraint_table((True, True, False, False, False, True), (0.0, 0.0, 0.0, 1.0, 0.0, 2.0), names)
     return {"A": A, "table": table}, facts

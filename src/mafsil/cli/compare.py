@@ -90,7 +90,7 @@ def compare(
             found = bench_planners(queries, planners or (), seeds=range(searches), seconds=budget, progress=bar.update)
             hardest = int(np.argmax(sum(each.nodes.mean(axis=1) for each in found)))
             names = [] if found.interrupted else [each.planner for each in found]
-            pictures = _replayed(queries[hardest], names, budget, replay)
+            pictures = _replay(queries[hardest], names, budget, replay)
             head, rows = found.columns()
             shown = ["", *(say(f"cli.compare_{name}") for name in head[1:])]
             lines = [say("cli.compare_planners_table", moves=len(queries), seeds=len(found.seeds))]
@@ -104,7 +104,7 @@ def compare(
     lines = [say("cli.compare_control"), *(Laid(line) for line in table(head, rows)), *laid.explain().splitlines()]
     data = laid.to_dict()
     if target is not None:
-        report = _reported(laid, asked, text, target)
+        report = _report(laid, asked, text, target)
         lines.append(say("cli.run_written", path=report))
         data["report"] = str(report)
         if open:
@@ -121,14 +121,14 @@ def _target(out: str | None, job: str, *, open: bool) -> Path | None:
     return target
 
 
-def _reported(laid: LawBench, job: Job, text: str, target: Path) -> Path:
+def _report(laid: LawBench, job: Job, text: str, target: Path) -> Path:
     try:
         return write_law_report(laid, job, text, target)
     except OSError as error:
         raise FileError("file.cannot_write", path=str(target), reason=error.strerror or str(error)) from None
 
 
-def _replayed(query: Query, planners: list[str], seconds: float, replay: str | None) -> list[str]:
+def _replay(query: Query, planners: list[str], seconds: float, replay: str | None) -> list[str]:
     """Paths of the pictures of those planners that can be watched."""
     if replay is None:
         return []

@@ -45,7 +45,7 @@ def lint(robot: str, fix: str | None, only: list[str] | None = None) -> Answer:
     data["remaining_errors"] = remaining
     refusal = say("lint.guessed", path=fix, count=guesses) if guesses else None
     refusal = say("lint.remain", path=fix, errors=remaining) if remaining else refusal
-    return Answer(data, (*lines, "", *_changed(fix, changes)), refusal)
+    return Answer(data, (*lines, "", *_change(fix, changes)), refusal)
 
 
 _TONES: dict[Severity, Tone] = {Severity.ERROR: "bad", Severity.WARNING: "warning", Severity.INFO: "plain"}
@@ -65,7 +65,7 @@ def _summary(report: Report) -> str:
     )
 
 
-def _changed(path: str, changes: tuple[Change, ...]) -> list[str]:
+def _change(path: str, changes: tuple[Change, ...]) -> list[str]:
     if not changes:
         return [say("lint.nothing_fixed", path=path)]
     return [say("lint.fixed", path=path, count=len(changes)), *(f"  {change.sentence()}" for change in changes)]

@@ -142,11 +142,11 @@ def _print(answer: Answer, *, as_json: bool) -> None:
 
 def _shown(line: str, *, refused: bool) -> list[str]:
     """A line of an answer as it is printed; the reason of a no is bad."""
-    pieces = [line] if isinstance(line, Laid) else _fitted(visible(line))
+    pieces = [line] if isinstance(line, Laid) else _fit(visible(line))
     return [painted(piece, "bad" if refused else tone_of(line), sys.stdout) for piece in pieces]
 
 
-def _fitted(line: str) -> list[str]:
+def _fit(line: str) -> list[str]:
     """A line as it is printed: wrapped between words where somebody watches a terminal that is narrower."""
     columns = get_terminal_size().columns
     if not sys.stdout.isatty() or len(line) <= columns:

@@ -14,9 +14,9 @@ def manual() -> Answer:
     page = [
         f'.TH MAFSIL 1 "" "mafsil {__version__}"',
         f".SH {say('cli.man_name')}",
-        f"mafsil \\- {_escaped(say('cli.description'))}",
+        f"mafsil \\- {_escape(say('cli.description'))}",
         f".SH {say('cli.man_synopsis')}",
-        f".B mafsil\n{_escaped(say('cli.command'))} ...",
+        f".B mafsil\n{_escape(say('cli.command'))} ...",
         f".SH {say('cli.commands').upper()}",
         *(line for operation in OPERATIONS for line in _command(operation)),
         f".SH {say('cli.man_robot_options')}",
@@ -25,7 +25,7 @@ def manual() -> Answer:
         *(line for option in COMMON for line in _entry(option, option.explained)),
         f".SH {say('cli.man_notes')}",
         ".nf",
-        *map(_escaped, say("cli.epilog").strip().split("\n")),
+        *map(_escape, say("cli.epilog").strip().split("\n")),
         ".fi",
     ]
     lines = "\n".join(page).split("\n")
@@ -34,11 +34,11 @@ def manual() -> Answer:
 
 def _command(operation: Operation) -> list[str]:
     words = [operation.name, *(_usage(parameter) for parameter in operation.parameters if parameter.positional)]
-    lines = [f".SS {_escaped(' '.join(words))}", _escaped(say(operation.help_key))]
+    lines = [f".SS {_escape(' '.join(words))}", _escape(say(operation.help_key))]
     for parameter in operation.parameters:
         lines += _entry(parameter, operation.parameter_key(parameter))
     if robot_options(operation):
-        lines += [".PP", _escaped(say("cli.man_see_robot_options"))]
+        lines += [".PP", _escape(say("cli.man_see_robot_options"))]
     return lines
 
 
@@ -47,7 +47,7 @@ def _entry(parameter: Parameter, key: str) -> list[str]:
     values = "|".join(parameter.choices) if parameter.choices else parameter.metavar or parameter.name.upper()
     shown = "" if parameter.kind == "flag" else f" {values}{' ...' if parameter.many else ''}"
     tag = _usage(parameter) if parameter.positional else f"{parameter.option}{shown}"
-    return [".TP", f".B {_escaped(tag)}", _escaped(say(key))]
+    return [".TP", f".B {_escape(tag)}", _escape(say(key))]
 
 
 def _usage(parameter: Parameter) -> str:
@@ -56,7 +56,7 @@ def _usage(parameter: Parameter) -> str:
     return word if parameter.required else f"[{word}]"
 
 
-def _escaped(text: str) -> str:
+def _escape(text: str) -> str:
     """Text that roff prints as it is: dashes that can be copied, no escapes, no line that begins a request."""
     plain = text.replace("\\", "\\e").replace("-", "\\-").replace("'", "\\(aq")
     return f"\\&{plain}" if plain.startswith((".", "\\(aq")) else plain

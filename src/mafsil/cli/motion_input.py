@@ -107,14 +107,14 @@ def _option(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
-def _turned(words: _Words, R: Floats, sequence: str | None = None, moved: float | None = None) -> Motion:
+def _turn(words: _Words, R: Floats, sequence: str | None = None, moved: float | None = None) -> Motion:
     T = pose.from_rotation_translation(R, np.zeros(3))
     return Motion(T, "rotation", words.option, sequence, moved)
 
 
 def _matrix(words: _Words) -> Motion:
     R, moved = _member(words, words.numbers("n" * 9).reshape(3, 3))
-    return _turned(words, R, moved=moved)
+    return _turn(words, R, moved=moved)
 
 
 def _pose(words: _Words) -> Motion:
@@ -150,18 +150,18 @@ def _quaternion(words: _Words) -> Motion:
     if abs(length - 1) > PRINTED_UNIT and not words.project:
         raise InputError("convert.no_unit", name=words.option, distance=abs(length - 1), limit=PRINTED_UNIT)
     moved = abs(length - 1) if abs(length - 1) > UNIT else None
-    return _turned(words, rotation.from_quaternion(q / length), moved=moved)
+    return _turn(words, rotation.from_quaternion(q / length), moved=moved)
 
 
 def _axis_angle(words: _Words) -> Motion:
     values = words.numbers("nnna")
-    return _turned(words, rotation.from_axis_angle(values[:3], values[3]))
+    return _turn(words, rotation.from_axis_angle(values[:3], values[3]))
 
 
 def _euler(words: _Words) -> Motion:
     words.require_count(len(words.words), 4)
     sequence = euler.sequence_named(words.words[0]).name
-    return _turned(words, rotation.from_euler(words.of(words.words[1:], "aaa"), sequence), sequence)
+    return _turn(words, rotation.from_euler(words.of(words.words[1:], "aaa"), sequence), sequence)
 
 
 def _screw(words: _Words) -> Motion:
@@ -188,13 +188,13 @@ def _planar(words: _Words) -> Motion:
 
 
 _READERS: dict[str, Callable[[_Words], Motion]] = {
-    "--rpy": lambda words: _turned(words, rotation.from_rpy(words.numbers("aaa")), "xyz"),
+    "--rpy": lambda words: _turn(words, rotation.from_rpy(words.numbers("aaa")), "xyz"),
     "--quaternion": _quaternion,
     "--matrix": _matrix,
     "--axis-angle": _axis_angle,
     "--euler": _euler,
-    "--rotation-vector": lambda words: _turned(words, rotation.exp(words.numbers("aaa"))),
-    "--gibbs": lambda words: _turned(words, rotation.from_quaternion(quaternion.from_gibbs(words.numbers("nnn")))),
+    "--rotation-vector": lambda words: _turn(words, rotation.exp(words.numbers("aaa"))),
+    "--gibbs": lambda words: _turn(words, rotation.from_quaternion(quaternion.from_gibbs(words.numbers("nnn")))),
     "--pose": _pose,
     "--exponential": lambda words: Motion(pose.exp(words.numbers("aaannn")), "pose", words.option),
     "--screw": _screw,

@@ -116,12 +116,12 @@ def _remarks(data: dict[str, Any], factor: float, unit: str) -> list[str]:
 def _lock_remark(name: str, found: dict[str, Any], factor: float, unit: str) -> str:
     a, b, c = (factor * float(x) for x in found["triples"][0])
     agree = found["family"][2] < 0
-    family = f"({_shifted(a, '+')}, {number(b, 4)}, {_shifted(c, '-' if agree else '+')})"
+    family = f"({_shift(a, '+')}, {number(b, 4)}, {_shift(c, '-' if agree else '+')})"
     sequence = say("convert.rpy_name") if name == "xyz" else name
     return say("convert.lock", sequence=sequence, family=family, fixed="a + c" if agree else "a - c", unit=unit)
 
 
-def _shifted(value: float, sign: str) -> str:
+def _shift(value: float, sign: str) -> str:
     """`value + t` or `value - t`, without a zero in front."""
     if abs(value) < 1e-12:
         return "t" if sign == "+" else "-t"

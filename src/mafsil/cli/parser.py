@@ -74,7 +74,7 @@ def parser(version: str) -> Parser:
     _add_common(main)
     commands = main.add_subparsers(dest="command", metavar=say("cli.command"), title=say("cli.commands"))
     for operation in OPERATIONS:
-        words = _escaped(say(operation.help_key))
+        words = _escape(say(operation.help_key))
         command = commands.add_parser(operation.name, help=words, description=words)
         _add_parameters(command, operation)
         _add_common(command)
@@ -89,14 +89,14 @@ def _add_common(command: Parser) -> None:
 
 def _add_parameters(command: Parser, operation: Operation) -> None:
     for parameter in operation.parameters:
-        words = _escaped(say(operation.parameter_key(parameter)))
+        words = _escape(say(operation.parameter_key(parameter)))
         if _is_long(parameter):
             words += f": {', '.join(parameter.choices)}"
         flag = parameter.name if parameter.positional else parameter.option
         command.add_argument(flag, help=words, **_rules(parameter))
     for option in robot_options(operation):
         rules: dict[str, Any] = _rules(option) | ({"action": "append"} if option.name in REPEATED else {})
-        words = _escaped(say(f"cli.{option.name}"))
+        words = _escape(say(f"cli.{option.name}"))
         command.add_argument(option.option, dest=f"robot_{option.name}", default=argparse.SUPPRESS, help=words, **rules)
 
 
@@ -121,7 +121,7 @@ def _is_long(parameter: Parameter) -> bool:
     return not parameter.positional and len(parameter.choices) > 5
 
 
-def _escaped(words: str) -> str:
+def _escape(words: str) -> str:
     """Argparse formats help with %: a lone one would be an error."""
     return words.replace("%", "%%")
 

@@ -1,25 +1,35 @@
-"""`mafsil plan`: a way of an arm round obstacles, every motion of it proved free, timed for a controller."""
+"""`mafsil plan`: a way of an arm round obstacles, every motion of it proved free, timed for a controller.
+
+What `mafsil plan` is asked for beside the start: where to go, what room that leaves, and what is kept on the way.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from mafsil.arrays import JointVector, PoseMatrix, single
+from mafsil.cli import numerals
 from mafsil.cli.answer import Answer, Laid, Toned
 from mafsil.cli.numerals import count, number
-from mafsil.cli.plan_question import rows_of, typed_constraints, typed_goal
 from mafsil.cli.state import degrees_remarks, joint_values, shown, unit
 from mafsil.cli.table import brief, table
+from mafsil.cli.typed_pose import PLACES, typed_pose
 from mafsil.collision import Checker, Scene
+from mafsil.errors import InputError
+from mafsil.geometry import Pose
 from mafsil.job.surroundings import scene_in, with_shapes
 from mafsil.messages import say
-from mafsil.planning import ArmPlan
+from mafsil.model import Mechanism
+from mafsil.planning import ArmPlan, FixedOrientation, GoalRegion, InPlane, OnLine, Upright
 from mafsil.planning import plan as plan_path
 from mafsil.robot import Robot, load
 from mafsil.trajectory import MotionLimits, export
 
+Goal: TypeAlias = JointVector | PoseMatrix | Pose | GoalRegion
+Kept: TypeAlias = Upright | FixedOrientation | OnLine | InPlane
 VELOCITY, ACCELERATION = 2.0, 5.0
 """Limits of joints that have none, as in jobs [rad/s | m/s, per s]."""
 
@@ -115,7 +125,7 @@ def plan(
         assert timed.trajectory is not None
         written = export(timed.trajectory, out, _limits(arm), joints=arm.joint_names)
         data |= {"duration": timed.duration, "file": written.to_dict()}
-        lines += [*_assumed(arm), written.explain()]
+        lines += [*_assume(arm), written.explain()]
     return Answer(data, tuple(lines), interrupted=found.interrupted)
 
 
@@ -132,14 +142,14 @@ def _points(arm: Robot, found: ArmPlan, *, degrees: bool) -> list[Laid]:
     return [Laid(line) for line in table(head, rows)]
 
 
-def _assumed(arm: Robot) -> list[str]:
+def _assume(arm: Robot) -> list[str]:
     """Which limits the motion kept that nobody described."""
     found: list[str] = []
     for name, value in (("velocity", VELOCITY), ("acceleration", ACCELERATION)):
         known = getattr(arm.limits, name)
         joints = [one for one, x in zip(arm.joint_names, known, strict=True) if not (np.isfinite(x) and x > 0.0)]
         if joints:
-            found.append(say(f"job.{name}_assumed", joints=", ".join(joints), value=value))
+            found.append(say(f"job.{name}_assume", joints=", ".join(joints), value=value))
     return found
 
 
@@ -149,3 +159,70 @@ def _limits(arm: Robot) -> MotionLimits:
     velocity = np.where(np.isfinite(own.velocity) & (own.velocity > 0.0), own.velocity, VELOCITY)
     acceleration = np.where(np.isfinite(own.acceleration) & (own.acceleration > 0.0), own.acceleration, ACCELERATION)
     return MotionLimits.of(arm.n, velocity=velocity, acceleration=acceleration)
+
+
+def rows_of(words: list[str], length: int) -> list[list[str]]:
+    """Words in rows of one length; one row of all of them where that does not divide their number."""
+    if not words or len(words) % length:
+        return [words]
+    return [words[k : k + length] for k in range(0, len(words), length)]
+
+
+def typed_goal(
+    goal: list[str], pose: list[str], box: list[str], angle: str | None, mechanism: Mechanism, *, degrees: bool
+) -> Goal:
+    """One or several configurations or poses, of which any will do; or a region around one pose.
+
+    Args:
+        goal: n words, or k n.
+        pose: x y z [m] and perhaps roll pitch yaw, or k times all six.
+        box: how far the tip may be from the pose along each of its axes: one number or three [m].
+        angle: by how much the tip may be turned from it.
+        mechanism: the arm.
+        degrees: whether bare angles are degrees.
+
+    Raises:
+        InputError: no goal or two; a wrong number of words; room around anything but one pose.
+    """
+    if bool(goal) == bool(pose):
+        raise InputError("cli.plan_one_goal")
+    if (box or angle is not None) and not (pose and len(pose) in (3, len(PLACES))):
+        raise InputError("cli.plan_region")
+    if goal:
+        rows = [joint_values("goal", row, mechanism, degrees=degrees) for row in rows_of(goal, mechanism.n)]
+        return rows[0] if len(rows) == 1 else np.stack(rows)
+    poses = [typed_pose("pose", row, degrees=degrees) for row in rows_of(pose, len(PLACES))]
+    if box or angle is not None:
+        sizes = [number(f"--box[{k}]", word) for k, word in enumerate(box or ["0"])]
+        room = sizes[0] if len(sizes) == 1 else single("box", sizes, (3,))
+        turn = 0.0 if angle is None else numerals.angle("--angle", angle, degrees=degrees)
+        return GoalRegion(poses[0], box=room, angle=turn)
+    # An array of four rows could be four configurations of an arm with four joints.
+    return Pose(poses[0]) if len(poses) == 1 else np.stack(poses)
+
+
+def typed_constraints(
+    upright: str | None, orientation: bool, line: list[str], plane: list[str], *, degrees: bool
+) -> tuple[Kept, ...]:
+    """What the path keeps.
+
+    Args:
+        upright: largest angle between the tip's z axis and where it points at the start.
+        orientation: whether the tip keeps its orientation.
+        line: direction of the line that the tip stays on, in {s}.
+        plane: normal of the plane that it stays in.
+        degrees: whether bare angles are degrees.
+
+    Raises:
+        InputError: no three numbers, a direction of length zero, an angle out of range.
+    """
+    found = list[Kept]()
+    if upright is not None:
+        found.append(Upright(numerals.angle("--upright", upright, degrees=degrees)))
+    if orientation:
+        found.append(FixedOrientation())
+    if line:
+        found.append(OnLine(single("line", [number("--line", word) for word in line], (3,))))
+    if plane:
+        found.append(InPlane(single("plane", [number("--plane", word) for word in plane], (3,))))
+    return tuple(found)

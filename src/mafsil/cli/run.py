@@ -69,15 +69,15 @@ def run(
     Raises:
         MafsilError: the job or the robot cannot be read, or do not fit each other.
     """
-    path, variables = Path(job), dict(map(_assigned, set or ()))
+    path, variables = Path(job), dict(map(_assign, set or ()))
     if dry_run:
-        return _planned(text_of(path), path.name, path.parent, variables, progress=progress)
+        return _plan(text_of(path), path.name, path.parent, variables, progress=progress)
     target = Path("mafsil-results") / path.stem if out is None else Path(out)
     options = _Options(variables, plant, real_time, log, None if runs is None else count("--runs", runs), cluster)
     return _run(text_of(path), path.name, path.parent, target, options, progress=progress, show=open)
 
 
-def _assigned(words: str) -> tuple[str, bool | float | str]:
+def _assign(words: str) -> tuple[str, bool | float | str]:
     """Name and value of `name=value`."""
     name, equals, value = words.partition("=")
     if not equals or not name.strip():
@@ -96,7 +96,7 @@ def check_job(job: str, program: str | None = None) -> Answer:
         MafsilError: the job or its robot cannot be read, or do not fit each other; a controller that cannot drive it.
     """
     path = Path(job)
-    return _planned(text_of(path), path.name, path.parent, {}, progress=False, program=program)
+    return _plan(text_of(path), path.name, path.parent, {}, progress=False, program=program)
 
 
 def demo(out: str | None, progress: bool, open: bool) -> Answer:
@@ -144,7 +144,7 @@ def _run(
         job = options.of(parse(text, source, options.variables, folder=folder))
         outcome = solve(job, text, folder, bar, source, log=options.log, cluster=options.cluster)
         if isinstance(outcome, Refusal):
-            return _refused(outcome)
+            return _refuse(outcome)
         bar.enter("stage_writing")
         report = _written(outcome, target)
     if show:
@@ -154,7 +154,7 @@ def _run(
     return _answer(outcome, report)
 
 
-def _planned(
+def _plan(
     text: str,
     source: str,
     folder: Path,
@@ -168,7 +168,7 @@ def _planned(
         job = parse(text, source, variables, folder=folder)
         outcome = prepare(job, text, folder, bar, source)
     if isinstance(outcome, Refusal):
-        return _refused(outcome)
+        return _refuse(outcome)
     robot, motion = outcome
     overloaded = overload_remarks(planned_overloads(job, motion), robot)
     late = late_pushes(job, motion.duration + job.simulation.settle)
@@ -200,7 +200,7 @@ def _planned(
         ],
     }
     rows = [
-        (_called(job, leg), say(f"report.kind_{leg.kind}"), quantity(leg.trajectory.duration, "s")) for _, leg in moves
+        (_call(job, leg), say(f"report.kind_{leg.kind}"), quantity(leg.trajectory.duration, "s")) for _, leg in moves
     ]
     for each in motion.neighbours:
         for one in each.steps:
@@ -221,7 +221,7 @@ def _planned(
     return Answer(data, tuple(lines), overloaded[0].sentence() if overloaded else None)
 
 
-def _called(job: Job, leg: Leg) -> str:
+def _call(job: Job, leg: Leg) -> str:
     """Number and name of a move, and what it does with signals."""
     move = job.move[leg.index]
     signals = assignments(move.set) or conditions(move.wait)
@@ -231,7 +231,7 @@ def _called(job: Job, leg: Leg) -> str:
     return " ".join(word for word in words if word)
 
 
-def _refused(outcome: Refusal) -> Answer:
+def _refuse(outcome: Refusal) -> Answer:
     return Answer(outcome.to_dict(), refusal=outcome.explain())
 
 
@@ -264,7 +264,7 @@ def _answer(outcome: Run, report: Path) -> Answer:
         rows.insert(1, (say("report.targets"), say("report.targets_value", reached=reached, total=numbers.targets)))
     lines += table(("", ""), rows)[1:]
     lines += map(_finding, outcome.remarks)
-    lines += _varied(outcome)
+    lines += _vary(outcome)
     lines.append(say("cli.run_written", path=report))
     failures = [remark.sentence(language()) for remark in outcome.remarks if remark.level == "failure"]
     broken = outcome.recording.status is SimulationStatus.INTERRUPTED
@@ -276,7 +276,7 @@ def _finding(remark: Remark) -> Toned:
     return Toned(f"  {sign} {remark.sentence()}", tone)
 
 
-def _varied(outcome: Run) -> list[str]:
+def _vary(outcome: Run) -> list[str]:
     """The many runs of a job: a table, and what failed by what."""
     found = outcome.variation
     if found is None:

@@ -47,7 +47,7 @@ def table(
     every = list(range(len(head)))
     if _total(upright, every) <= available or len(head) == 1:
         return _lines(upright, every, indent, words)
-    if words and (wrapped := _wrapped(upright, max(words, key=_widths(upright).__getitem__), available)):
+    if words and (wrapped := _wrap(upright, max(words, key=_widths(upright).__getitem__), available)):
         return _lines(wrapped, every, indent, words)
     turned = [list(column) for column in zip(*upright, strict=True)]
     if _total(turned, range(len(turned[0]))) <= available:
@@ -69,8 +69,8 @@ def labelled(rows: Iterable[Sequence[str]], *, indent: str = "  ") -> list[str]:
     beside = len(indent) + first + sum(len(_GAP) + size for size in sizes) <= columns()
     lines: list[str] = []
     for label, texts in cells:
-        numbers = _GAP.join(_padded(text, size, left=False) for text, size in zip(texts, sizes, strict=False))
-        shown = _padded(label, first if beside else width(label), left=True)
+        numbers = _GAP.join(_pad(text, size, left=False) for text, size in zip(texts, sizes, strict=False))
+        shown = _pad(label, first if beside else width(label), left=True)
         lines += [f"{indent}{shown}{_GAP}{numbers}"] if beside else [indent + shown, f"{indent}{indent}{numbers}"]
     return [Laid(line.rstrip()) for line in lines]
 
@@ -124,7 +124,7 @@ def _total(cells: list[list[str]], group: Sequence[int]) -> int:
     return sum(sizes[k] for k in group) + len(_GAP) * (len(group) - 1)
 
 
-def _wrapped(cells: list[list[str]], column: int, available: int) -> list[list[str]]:
+def _wrap(cells: list[list[str]], column: int, available: int) -> list[list[str]]:
     """Rows whose cells of one column are wrapped between words into further rows; none if it gets too narrow."""
     room = available - _total(cells, range(len(cells[0]))) + _widths(cells)[column]
     if room < NARROWEST_WORDS:
@@ -150,12 +150,12 @@ def _groups(cells: list[list[str]], available: int) -> list[list[int]]:
 
 def _lines(cells: list[list[str]], group: Sequence[int], indent: str, words: Collection[int]) -> list[str]:
     sizes = _widths(cells)
-    rows = (_GAP.join(_padded(row[k], sizes[k], left=k == 0 or k in words) for k in group) for row in cells)
+    rows = (_GAP.join(_pad(row[k], sizes[k], left=k == 0 or k in words) for k in group) for row in cells)
     first, *others = ((indent + row).rstrip() for row in rows)
     return [Head(first), *map(Laid, others)]
 
 
-def _padded(text: str, size: int, *, left: bool) -> str:
+def _pad(text: str, size: int, *, left: bool) -> str:
     """A cell in an isolate of its own, so that neighbours keep their columns whatever the direction of the line."""
     space, shown = " " * (size - width(text)), in_cell(text)
     return shown + space if left else space + shown

@@ -1,27 +1,35 @@
-"""`mafsil trajectory`: why a motion through points is impossible and what mends it; motions for controllers."""
+"""`mafsil trajectory`: why a motion through points is impossible and what mends it; motions for controllers.
+
+How the run ended whose recording a file is: what stands beside it says so.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer, Laid, Toned
 from mafsil.cli.numerals import number
-from mafsil.cli.recorded_run import require_success
 from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
+from mafsil.job.status import JobStatus
 from mafsil.messages import say
+from mafsil.regular_file import whole_text
 from mafsil.robot import Robot, load
+from mafsil.simulation.recording import SimulationStatus
 from mafsil.trajectory import MotionLimits, check, compare_profiles, export, read, suggest_fixes
 from mafsil.trajectory.files import TrajectoryFile
 from mafsil.trajectory.files.csv_file import is_recording, joint_names
 from mafsil.trajectory.overview import overview
 from mafsil.trajectory.splines import PiecewisePolynomial
 
+MOST_BYTES = 50_000_000
+"""Of a file that says how a run ended."""
 USUAL_RATE = 125.0
 """Points per second, where none is asked for [Hz]."""
 
@@ -177,3 +185,31 @@ def _joints(arm: Robot, file: str) -> tuple[str, ...]:
     if named and set(arm.joint_names) - set(named):
         raise InputError("cli.trajectory_joints", file=file, got=", ".join(named), expected=", ".join(arm.joint_names))
     return arm.joint_names
+
+
+def require_success(recording: Path) -> None:
+    """Refuse the recording of a run that did not reach its end, or of a job that failed.
+
+    Args:
+        recording: a CSV file; its notes (`recording.json`) and the results of its job (`results.json`) are looked for
+            beside it.
+
+    Raises:
+        InputError: the run failed; the sentence says how.
+    """
+    note = _status(recording.with_suffix(".json"))
+    if note in SimulationStatus.__members__ and not SimulationStatus[note].succeeded:
+        raise InputError("cli.trajectory_failed_run", file=str(recording), status=note.lower())
+    result = _status(recording.with_name("results.json")) if recording.stem == "recording" else ""
+    if result.upper() in JobStatus.__members__ and not JobStatus[result.upper()].succeeded:
+        raise InputError("cli.trajectory_failed_run", file=str(recording), status=result)
+
+
+def _status(path: Path) -> str:
+    """The status that a file of ours holds; empty for any other file, or none."""
+    try:
+        data = json.loads(whole_text(path, MOST_BYTES))
+    except (OSError, ValueError, RecursionError):
+        return ""
+    status = cast("dict[str, Any]", data).get("status") if isinstance(data, dict) else None
+    return status if isinstance(status, str) else ""

@@ -41,8 +41,8 @@ def ordered(words: list[str]) -> list[str]:
     operation = next((item for item in OPERATIONS if start is not None and item.name == words[start]), None)
     if start is None or operation is None:
         return words
-    options, places = _sorted(operation, words[start + 1 :])
-    places = _placed(operation, places)
+    options, places = _sort(operation, words[start + 1 :])
+    places = _place(operation, places)
     return [*words[: start + 1], *options, *(["--", *places] if places else [])]
 
 
@@ -54,7 +54,7 @@ def _command_at(words: list[str]) -> int | None:
     return k if k < len(words) else None
 
 
-def _sorted(operation: Operation, words: list[str]) -> tuple[list[str], list[str]]:
+def _sort(operation: Operation, words: list[str]) -> tuple[list[str], list[str]]:
     """Options with their values; words without a name."""
     known = (*operation.parameters, *robot_options(operation), *COMMON, _HELP)
     named = {parameter.option: parameter for parameter in known if not parameter.positional}
@@ -120,7 +120,7 @@ def _numbers(parameter: Parameter, words: list[str]) -> list[str]:
     return [piece for piece in pieces if piece]
 
 
-def _placed(operation: Operation, words: list[str]) -> list[str]:
+def _place(operation: Operation, words: list[str]) -> list[str]:
     """Words without a name in the order of the grammar."""
     taken = [parameter for parameter in operation.parameters if parameter.positional]
     if taken and taken[-1].many:

@@ -52,9 +52,9 @@ class SignalStates:
 
     def explain(self, *, language: str | None = None) -> str:
         """`part_present is false since 6.5 s`."""
-        return say("job.list_separator", language=language).join(self._said(each, language) for each in self.changes)
+        return say("job.list_separator", language=language).join(self._say(each, language) for each in self.changes)
 
-    def _said(self, change: Change, language: str | None) -> str:
+    def _say(self, change: Change, language: str | None) -> str:
         signal = visible(change.signal)
         if change.signal in self.again:
             every = quantity(self.again[change.signal], "s")

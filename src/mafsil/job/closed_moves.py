@@ -152,7 +152,7 @@ class ClosedMoves:
         a = self.chain.actuated
         way = [q[a], *(point[a] if len(point) == self.chain.n else point for point in points)]
         planned = joint_motion(self.robot, way, move, limits_of(limits, a), where, a)
-        return self._followed(planned.trajectory, q, limits, where)
+        return self._follow(planned.trajectory, q, limits, where)
 
     def along(self, q: JointVector, path: JointPath, move: Move, limits: JointLimits, where: object) -> Trajectory:
         """All joints while the driven ones follow what a path of all of them does with them.
@@ -168,7 +168,7 @@ class ClosedMoves:
         a, curve = self.chain.actuated, path.curve
         driven = JointPath(PiecewisePolynomial(curve.knots, curve.coefficients[..., a]))
         planned = motion_on_path(self.robot, driven, move, limits_of(limits, a), where, a)
-        return self._followed(planned.trajectory, q, limits, where)
+        return self._follow(planned.trajectory, q, limits, where)
 
     def on_tip_path(
         self, robot: Robot, q: JointVector, path: TipPath | None, bounds: Bounds, move: Move, limits: JointLimits,
@@ -198,7 +198,7 @@ class ClosedMoves:
         motion = motion_along(robot, joints, path, bounds, move, replace(limits, **bound), where).trajectory
         assert isinstance(motion, PathMotion)
         columns = PiecewisePolynomial(joints.knots, joints.coefficients[..., a])
-        trajectory = self._followed(replace(motion, path=columns), q, limits, where)
+        trajectory = self._follow(replace(motion, path=columns), q, limits, where)
         return TipMotion(trajectory, trajectory.duration)
 
     def require_at(self, trajectory: Trajectory, q: JointVector, where: object) -> None:
@@ -218,7 +218,7 @@ class ClosedMoves:
             k = int(apart.argmax())
             raise Refused("job.loops_other_way", move=where, joint=visible(self.robot.joint_names[k]))
 
-    def _followed(self, driven: Trajectory, q: JointVector, limits: JointLimits, where: object) -> Trajectory:
+    def _follow(self, driven: Trajectory, q: JointVector, limits: JointLimits, where: object) -> Trajectory:
         try:
             found = driven_trajectory(self.chain, driven, q)
         except InputError as error:

@@ -42,7 +42,7 @@ class Decision:
 
     def explain(self, *, language: str | None = None) -> str:
         """`part_ok = true holds: part_ok is true since 2 s`."""
-        why = say("job.list_separator", language=language).join(_said(each, language) for each in self.reasons)
+        why = say("job.list_separator", language=language).join(_say(each, language) for each in self.reasons)
         return say(f"job.test_{str(self.holds).lower()}", language=language, tests=conditions(self.fork.tests), why=why)
 
     def to_dict(self) -> dict[str, Any]:
@@ -76,7 +76,7 @@ def _values(job: Job, fork: Fork, signals: CellSignals, time: float) -> Mapping[
     return found
 
 
-def _said(reason: Change | Known, language: str | None) -> str:
+def _say(reason: Change | Known, language: str | None) -> str:
     if isinstance(reason, Known):
         details = {"signal": visible(reason.variable), "value": value_text(reason.value)}
         return say("job.variable_is", language=language, **details)

@@ -116,7 +116,7 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
     try:
         mechanism = load_mechanism(source, tip=job.tool.link)
         key = "lock"
-        return mechanism.locked(_locked(job, mechanism)) if job.lock else mechanism
+        return mechanism.locked(_lock(job, mechanism)) if job.lock else mechanism
     except MafsilError as fault:
         if places is None:
             raise
@@ -163,7 +163,7 @@ def _require_near(job: Job, bare: Mechanism, places: Places) -> None:
                 raise places.error("job.tool_far", (*path, key), size=f"{size:g}", reach=f"{reach:.3g}", known=known)
 
 
-def _locked(job: Job, mechanism: Mechanism) -> dict[str, float]:
+def _lock(job: Job, mechanism: Mechanism) -> dict[str, float]:
     """Coordinates of the joints that the job locks [rad | m]."""
     prismatic = {joint.name for joint in mechanism.joints if joint.kind is JointKind.PRISMATIC}
     units = {True: length_unit(job), False: angle_unit(job)}

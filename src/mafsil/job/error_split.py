@@ -75,7 +75,7 @@ def split(run: Run, driven: Driven, row: int) -> Split | None:
     touched = np.zeros(len(q)) if tape.contact_wrench is None else J.T @ tape.contact_wrench[row]
     moving = np.asarray(true.inverse_dynamics(q, qd, qdd))
     friction = applied + pushed + touched - moving
-    kp, kd, stored = law.gains.kp, law.gains.kd, _stored(run, driven, law, row)
+    kp, kd, stored = law.gains.kp, law.gains.kd, _store(run, driven, law, row)
     if isinstance(law, ComputedTorque):
         model = np.asarray(law.robot.inverse_dynamics(q, qd, qdd))
         M = np.asarray(law.robot.mass_matrix(q))
@@ -108,7 +108,7 @@ def split(run: Run, driven: Driven, row: int) -> Split | None:
     return Split(e, **{name: inverse @ part for name, part in parts.items()})
 
 
-def _stored(run: Run, driven: Driven, law: ComputedTorque | JointFeedback, row: int) -> Floats:
+def _store(run: Run, driven: Driven, law: ComputedTorque | JointFeedback, row: int) -> Floats:
     """(n,) what an integral has summed up from the beginning of a stretch to a tick, by the rectangle rule."""
     tape, start = run.recording, driven.stretch.start
     ticks = slice(int(np.searchsorted(tape.t, start - INSTANT)), row + 1)

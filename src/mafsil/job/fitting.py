@@ -68,7 +68,7 @@ def require_fit(job: Job, robot: Robot, places: Places) -> None:
         require_within(job, robot, places, path, values)
     for path, values in _lists(job):
         count = len(cast("tuple[float, ...]", values)) if isinstance(values, tuple) else robot.n
-        expected = robot.n if path[0] != "controller" else _driven(robot)
+        expected = robot.n if path[0] != "controller" else _drive(robot)
         if isinstance(values, tuple) and count != expected:
             raise places.error("job.list_count", path, expected=expected, got=count)
     _require_hands(job, places)
@@ -188,13 +188,13 @@ def _angles(job: Job, robot: Robot) -> Iterator[tuple[Path, tuple[float, ...]]]:
 
 
 def _require_count(robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
-    if len(values) not in (robot.n, _driven(robot)):
+    if len(values) not in (robot.n, _drive(robot)):
         named: list[str] = [robot.joint_names[k] for k in listed_joints(robot, -1).tolist()]
         details = {"robot": visible(robot.name), "joints": ", ".join(map(visible, named))}
         raise places.error("job.joint_count", path, **details, expected=len(named), got=len(values))
 
 
-def _driven(robot: Robot) -> int:
+def _drive(robot: Robot) -> int:
     """How many joints a list names at least."""
     return len(listed_joints(robot, -1))
 

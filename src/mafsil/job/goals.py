@@ -67,7 +67,7 @@ class Goals:
             answer = self._nearest(T, task, q0, allowed)
             if _within(answer, allowed):
                 return np.asarray(answer.nearest)
-        raise self._refused(T, task, answer, allowed, where)
+        raise self._refuse(T, task, answer, allowed, where)
 
     def others(self, T: PoseMatrix, task: Task, q0: JointVector) -> list[JointVector]:
         """Other configurations for the same pose, the nearest to `q0` first."""
@@ -118,7 +118,7 @@ class Goals:
         fine = solve_ik(self.robot, T, rough.nearest, task=task, restarts=0)
         return fine if _within(fine, allowed) else rough
 
-    def _refused(self, T: PoseMatrix, task: Task, answer: IKResult, allowed: Tolerances, where: object) -> Refused:
+    def _refuse(self, T: PoseMatrix, task: Task, answer: IKResult, allowed: Tolerances, where: object) -> Refused:
         if is_far(self.robot, T[:3, 3]):
             return Refused("job.unreachable_millimetres", move=where, reason=answer)
         if self.robot.n >= FIXES[task]:

@@ -1,4 +1,7 @@
-"""Moves of all joints of a job together, round what stands in their way."""
+"""Moves of all joints of a job together, round what stands in their way.
+
+What moves of a job keep, as constraints of the planner and in words.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,9 @@ import numpy as np
 
 from mafsil.arrays import JointVector
 from mafsil.collision import ContactPair
-from mafsil.job.constraints import constraints_of
+from mafsil.job.constraint_table import PathConstraints
 from mafsil.job.description import QUICKEST, Bounds
+from mafsil.job.equipment import Equipment
 from mafsil.job.fitting import coordinates
 from mafsil.job.joint_motion import STILL, JointMove, joint_motion, motion_on_path
 from mafsil.job.language.units import angle_unit
@@ -17,8 +21,12 @@ from mafsil.job.surroundings import WayRound
 from mafsil.job.timing import Timing
 from mafsil.job.walk import Walk
 from mafsil.model import JointLimits
+from mafsil.planning import FixedOrientation, InPlane, OnLine, Upright
 from mafsil.planning.path_constraints import Constraint
 from mafsil.trajectory import Trajectory
+
+WIDTH = 1e-3
+"""Of lines and planes, where the job names none [m]."""
 
 
 class JointMoves:
@@ -104,3 +112,27 @@ class JointMoves:
             else Remark("good", "job.constrained_path", {"move": where, "kept": found.keeps} | found.details())
         )
         return found
+
+
+def constraints_of(constraints: PathConstraints, equipment: Equipment, unit: float) -> tuple[Constraint, ...]:
+    """Constraints of the tip of the tool that is mounted, in the tip frame of the first one.
+
+    Args:
+        constraints: of the move.
+        equipment: the tool.
+        unit: of angles [rad].
+    """
+    T = np.asarray(equipment.T_of_first)
+    at, width = T[:3, 3], WIDTH if constraints.tolerance is None else constraints.tolerance
+    found: list[Constraint] = []
+    if constraints.upright is not None:
+        found.append(Upright(unit * constraints.upright, axis=T[:3, 2]))
+    if constraints.orientation:
+        found.append(
+            FixedOrientation() if constraints.angle is None else FixedOrientation(tolerance=unit * constraints.angle)
+        )
+    if constraints.line is not None:
+        found.append(OnLine(constraints.line, tolerance=width, at=at))
+    if constraints.plane is not None:
+        found.append(InPlane(constraints.plane, tolerance=width, at=at))
+    return tuple(found)

@@ -156,8 +156,8 @@ def remarks(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple[R
         causes: of what went wrong, as far as they were looked for.
     """
     known: Causes = {} if causes is None else causes
-    found = [] if run.stopped is None else [_explained(run.stopped, known, EndedEarly)]
-    collapse = [_explained(remark, known, GivenWay) for remark in _collapse(run)]
+    found = [] if run.stopped is None else [_explain(run.stopped, known, EndedEarly)]
+    collapse = [_explain(remark, known, GivenWay) for remark in _collapse(run)]
     found += collapse + _failure_remarks(run, numbers, known) + overload_remarks(overloads(run), run.robot)
     near = clearance_remarks(numbers.clearances, numbers.tip_error)
     found += [remark for remark in near if remark.level != "good"]
@@ -217,7 +217,7 @@ def error_details(run: Run, judged: Arrival) -> dict[str, object]:
     }
 
 
-def _explained(remark: Remark, causes: Causes, kind: type) -> Remark:
+def _explain(remark: Remark, causes: Causes, kind: type) -> Remark:
     """A remark with its cause, where that was found."""
     return replace(remark, cause=next((cause for one, cause in causes.items() if isinstance(one, kind)), None))
 

@@ -102,7 +102,7 @@ def conditions(run: Run) -> tuple[Condition, ...]:
     """
     worst: dict[str, Condition] = {}
     for driven in run.driven:
-        for found in (*_sampled(run, driven), *_own(run, driven)):
+        for found in (*_sample(run, driven), *_own(run, driven)):
             if found.name not in worst or not found.value <= worst[found.name].value:
                 worst[found.name] = found
     return tuple(worst.values())
@@ -119,7 +119,7 @@ def stability_remarks(run: Run) -> list[Remark]:
     return [Remark("warning", "job.law_unstable", {"reason": each}) for each in conditions(run) if not each.holds]
 
 
-def _sampled(run: Run, driven: Driven) -> Iterator[Condition]:
+def _sample(run: Run, driven: Driven) -> Iterator[Condition]:
     """Small errors from tick to tick."""
     factor, time = growth_along(run.job, driven)
     if np.isfinite(factor):
@@ -176,7 +176,7 @@ def _integral(law: JointFeedback, run: Run, driven: Driven) -> Iterator[Conditio
 
 def _sliding(law: SlidingMode, run: Run, driven: Driven) -> Iterator[Condition]:
     """The bound covers what the true arm needs beyond the model, at every moment of the run."""
-    t, q, qd = _recorded(run, driven)
+    t, q, qd = _record(run, driven)
     if len(t):
         found = sliding_certificate(
             law, driven.scenario.true_plant.robot, driven.stretch.trajectory, t - driven.stretch.start, q, qd
@@ -187,14 +187,14 @@ def _sliding(law: SlidingMode, run: Run, driven: Driven) -> Iterator[Condition]:
 
 def _min_max(law: MinMax, run: Run, driven: Driven) -> Iterator[Condition]:
     """Errors keep below the bound that follows from the width of the boundary layer."""
-    t, q, _ = _recorded(run, driven)
+    t, q, _ = _record(run, driven)
     if len(t):
         bound = law.error_bound(q, driven.scenario.true_plant.robot)
         error = np.abs(driven.stretch.trajectory.at(t - driven.stretch.start).u - q)
         yield _worst("error_bound", (error / bound).max(axis=-1), t)
 
 
-def _learned(law: AdaptiveControl, run: Run, driven: Driven) -> Iterator[Condition]:
+def _learn(law: AdaptiveControl, run: Run, driven: Driven) -> Iterator[Condition]:
     """Efforts of contact, which no inertia explains: the law learns them as a payload, and its proof asks for none."""
     wrench, t = run.recording.contact_wrench, run.recording.t
     if wrench is None:
@@ -253,7 +253,7 @@ def _about_pose(law: LinearQuadratic, run: Run, driven: Driven) -> Iterator[Cond
     yield Condition("about_pose", float(law.roots[0].real), 0.0)
 
 
-def _recorded(run: Run, driven: Driven) -> tuple[Floats, Floats, Floats]:
+def _record(run: Run, driven: Driven) -> tuple[Floats, Floats, Floats]:
     """Times (k,), positions and rates (k, n) of a stretch."""
     tape, rows = run.recording, _rows(run, driven)
     return tape.t[rows], tape.q[rows], tape.qd[rows]
@@ -276,7 +276,7 @@ def _plain(value: float) -> float | None:
 
 
 _TESTS: dict[type, Callable[[Any, Run, Driven], Iterator[Condition]]] = {
-    AdaptiveControl: _learned,
+    AdaptiveControl: _learn,
     ComputedTorque: _error_equation,
     TaskComputedTorque: _error_equation,
     JointFeedback: _integral,

@@ -77,7 +77,7 @@ class Places:
             path: keys and indices, such as ("move", 2, "pose", "position").
         """
         path = self.typed(path)
-        if self._included(path) is not None:
+        if self._include(path) is not None:
             return None
         for length in range(len(path), 0, -1):
             if path[:length] in self._lines:
@@ -90,7 +90,7 @@ class Places:
 
     def error(self, key: str, path: Path, **details: object) -> JobError:
         """The complaint about a key, with its place."""
-        elsewhere = self._included(path)
+        elsewhere = self._include(path)
         if elsewhere is not None:
             places, keys = elsewhere
             return places.error(key, keys, **details)
@@ -108,7 +108,7 @@ class Places:
         place = self.error("job.file_fault", path)
         return BilingualFileError("job.file_fault", fault=Fault(fault), **place.details)
 
-    def _included(self, path: Path) -> tuple[Places, Path] | None:
+    def _include(self, path: Path) -> tuple[Places, Path] | None:
         """The places of the included file that a key comes from, and the key in it."""
         for cell in self._cells:
             for here, there in cell.gave:

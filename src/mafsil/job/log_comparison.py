@@ -103,7 +103,7 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
     if t[-1] - t[0] < 0.5 * plan.duration or np.ptp(u, axis=0).max() == 0.0:
         raise InputError("job.log_short", duration=quantity(float(t[-1] - t[0]), "s"))
     offset = _offset(planned, u, t, q)
-    here = _interpolated(offset + planned, t, q)
+    here = _interpolate(offset + planned, t, q)
     # 2
     factors = np.array([_factor(ours, theirs) for ours, theirs in zip(u.T, here.T, strict=True)])
     q = q / factors
@@ -150,7 +150,7 @@ def _offset(planned: Floats, u: Floats, t: Floats, q: Floats) -> float:
     moving = np.ptp(u, axis=0) > 1e-3
 
     def residual(offset: float) -> float:
-        here = _interpolated(offset + planned, t, q)
+        here = _interpolate(offset + planned, t, q)
         left = 0.0
         for k in np.flatnonzero(moving):
             x, y = u[:, k] - u[:, k].mean(), here[:, k] - here[:, k].mean()
@@ -167,7 +167,7 @@ def _offset(planned: Floats, u: Floats, t: Floats, q: Floats) -> float:
     return best
 
 
-def _interpolated(times: Floats, t: Floats, q: Floats) -> Floats:
+def _interpolate(times: Floats, t: Floats, q: Floats) -> Floats:
     """(k, n) coordinates of a log at times."""
     found = np.empty((len(times), q.shape[1]))
     for k in range(q.shape[1]):
@@ -201,7 +201,7 @@ def _missed(job: Job, plan: Plan, t: Floats, q: Floats) -> list[Remark]:
         goal = goal_of(leg)
         if goal is None or not t[0] <= end <= t[-1]:
             continue
-        here = _interpolated(np.array([end]), t, q)[0]
+        here = _interpolate(np.array([end]), t, q)[0]
         allowed = tolerances(job, leg.load.robot, leg.index)
         position, turn, joints = errors_of(leg, here)
         share = max(float(position) / allowed.position, float(turn) / allowed.orientation)

@@ -228,7 +228,7 @@ class Neighbourhood:
         """
         robot, shares = self.cell.robot, job.limits
         velocity, acceleration = (
-            _driven(getattr(robot.limits, name), assumed_limits(job, robot, name), share)
+            _drive(getattr(robot.limits, name), assumed_limits(job, robot, name), share)
             for name, share in (("velocity", shares.speed_scale), ("acceleration", shares.acceleration_scale))
         )
         return MotionLimits.of(len(velocity), velocity=velocity * speed, acceleration=acceleration * speed**2)
@@ -295,7 +295,7 @@ class Neighbourhood:
             yield from unusual(checker, without_usual(checker), rows[some])
 
 
-def _driven(own: Floats, assumed: Floats, share: float) -> Floats:
+def _drive(own: Floats, assumed: Floats, share: float) -> Floats:
     """Bounds of joints as jobs drive them."""
     known = np.isfinite(own) & (own > 0.0)
     return np.where(known, np.where(known, own, 1.0) * share, assumed)

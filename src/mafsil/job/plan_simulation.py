@@ -114,7 +114,7 @@ def simulate_plan(
     if job.simulation.plant == "mujoco":
         remark = (*remark, Remark("good", "job.other_plant", {"plant": plants[0].engine}))
     with nullcontext() if log is None else LiveLog(log, plan.duration) as live:
-        recordings, driven = _recorded(
+        recordings, driven = _record(
             job, plan, list(zip(planned, models, plants, strict=True)), method, progress, live, difference
         )
     recording = joined(recordings)
@@ -144,7 +144,7 @@ def _as_planned(job: Job, plan: Plan, log: str | os.PathLike[str] | None) -> Rec
     return tape
 
 
-def _recorded(
+def _record(
     job: Job,
     plan: Plan,
     parts: list[tuple[Stretch, Robot, Plant]],
@@ -164,7 +164,7 @@ def _recorded(
         ticks[alike] += round(stretch.trajectory.duration / control_period(job))
     worth = WORTH_AGAIN if difference.compiled else WORTH
     for (stretch, model, loaded), alike in zip(parts, arms, strict=True):
-        gripped = stretch.carried is None or _gripped(job, plan, stretch, recordings[-1], driven[-1])
+        gripped = stretch.carried is None or _is_gripped(job, plan, stretch, recordings[-1], driven[-1])
         plant = loaded if gripped else _plant(job, stretch, stretch.load.robot)
         known = plant.robot if difference.knows_arm else model
         # Where one stretch ends and the next begins is no start that somebody gave: the findings judge it.
@@ -182,7 +182,7 @@ def _recorded(
     return recordings, driven
 
 
-def _gripped(job: Job, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
+def _is_gripped(job: Job, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
     """Whether the tip was at the part when the pick before this stretch ended; the same as before without a pick."""
     if stretch.load is before.stretch.load:
         return before.gripped

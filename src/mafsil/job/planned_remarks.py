@@ -182,31 +182,31 @@ def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
         assumed = ~(np.isfinite(known) & (known > 0.0)) & driven
         usual = assumed_limits(job, robot, name)
         values[name] = np.where(assumed, usual, np.where(assumed, 1.0, known) * share)
-        remarks += _assumed(robot, name, usual, assumed)
+        remarks += _assume(robot, name, usual, assumed)
     if reserved:
         kept = {name: quantity(share, "share") for name, share in PLANNED.items()}
         remarks.append(Remark("good", "job.reserve", kept))
     without = ~np.isfinite(own.effort) & driven
     if without.any():
-        remarks.append(Remark("good", "job.effort_unknown", {"joints": _listed(robot, without)}))
+        remarks.append(Remark("good", "job.effort_unknown", {"joints": _list(robot, without)}))
     jerk = np.full(robot.n, np.inf)
     if any(move.profile == "jerk_limited" for move in job.move):
         unknown = ~(np.isfinite(own.jerk) & (own.jerk > 0.0))
         usual = assumed_limits(job, robot, "jerk")
         jerk = np.where(unknown, usual, own.jerk * bounds.acceleration_scale)
-        remarks += _assumed(robot, "jerk", usual, unknown)
+        remarks += _assume(robot, "jerk", usual, unknown)
     return replace(own, **values, jerk=jerk), remarks
 
 
-def _assumed(robot: Robot, name: str, usual: Floats, chosen: NDArray[np.bool_]) -> list[Remark]:
+def _assume(robot: Robot, name: str, usual: Floats, chosen: NDArray[np.bool_]) -> list[Remark]:
     """That limits were assumed, and which."""
     power = {"velocity": "/s", "acceleration": "/s²", "jerk": "/s³"}[name]
     turns = robot.mechanism.angular
     said = {f"{usual[k]:.4g} {'rad' if turns[k] else 'm'}{power}": None for k in np.flatnonzero(chosen)}
-    details = {"joints": _listed(robot, chosen), "value": ", ".join(said)}
-    return [Remark("good", f"job.{name}_assumed", details)] if chosen.any() else []
+    details = {"joints": _list(robot, chosen), "value": ", ".join(said)}
+    return [Remark("good", f"job.{name}_assume", details)] if chosen.any() else []
 
 
-def _listed(robot: Robot, chosen: NDArray[np.bool_]) -> str:
+def _list(robot: Robot, chosen: NDArray[np.bool_]) -> str:
     names = [visible(name) for name, yes in zip(robot.joint_names, chosen, strict=True) if yes]
     return ", ".join(names) if len(names) < robot.n else "@job.all_joints"

@@ -76,7 +76,7 @@ def along_joints(points: Floats, limits: JointLimits, where: object) -> Quickest
         Refused: there is no motion within the limits; the reason names the place.
     """
     path = JointPath.through(points, kind="lines" if len(points) == 2 else "spline")
-    return _timed(path, _of_joints(limits), path.curve, where)
+    return _time(path, _of_joints(limits), path.curve, where)
 
 
 def straight(points: Floats, limits: JointLimits, where: object) -> Stretchable:
@@ -105,7 +105,7 @@ def along_path(path: JointPath, limits: JointLimits, where: object) -> Quickest:
     Raises:
         Refused: there is no motion within the limits; the reason names the place.
     """
-    return _timed(path, _of_joints(limits), path.curve, where)
+    return _time(path, _of_joints(limits), path.curve, where)
 
 
 def along_line(
@@ -134,7 +134,7 @@ def along_line(
         ),
         jerk=np.append(own.jerk[1], [np.inf, np.inf]),
     )
-    return _timed(JointPath(_with_tip(joints, tip)), limits_of_all, joints, where)
+    return _time(JointPath(_with_tip(joints, tip)), limits_of_all, joints, where)
 
 
 def line_at_tip_bounds(joints: PiecewisePolynomial, rate: float, growth: float, limits: JointLimits) -> PathMotion:
@@ -213,7 +213,7 @@ def _of_joints(limits: JointLimits) -> MotionLimits:
     return MotionLimits.of(len(limits.lower), **rates)
 
 
-def _timed(path: JointPath, limits: MotionLimits, joints: PiecewisePolynomial, where: object) -> Quickest:
+def _time(path: JointPath, limits: MotionLimits, joints: PiecewisePolynomial, where: object) -> Quickest:
     """The path in the shortest time; of the motion only the joints."""
     return _quickest(time_optimal(path, limits), joints, where)
 

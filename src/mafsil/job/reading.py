@@ -55,7 +55,7 @@ def parse(
     data, cells = with_cells(data, folder or Path(), lines.Places(text, visible(source)))
     places = lines.Places(text, visible(source), cells=cells)
     data = substituted(data, variables or {}, places.error)
-    file = _checked(data, places.error)
+    file = _check(data, places.error)
     metric = in_si(file, data)
     others = other_robots(metric.other_robot, places.error)
     job = msgspec.structs.replace(resolved(metric, others, folder or Path(), places.error), cells=cells)
@@ -81,7 +81,7 @@ def parse_scene(text: str, source: str = "<text>") -> SceneFile:
     return in_si(found, data)
 
 
-def _checked(data: dict[str, Any], error: Complaint) -> JobFile:
+def _check(data: dict[str, Any], error: Complaint) -> JobFile:
     """The checked statements of a file."""
     refuse_unknown(data, JobFile, (), error)
     require_keys(data, JobFile, (), error)

@@ -101,10 +101,10 @@ class Sweep(Answer):
         done = sum(case.refusal is None for case in self.cases)
         lines = [say("job.sweep", language=language, done=done, total=len(self))]
         if best is not None:
-            lines.append(say("job.sweep_quickest", language=language, values=_said(best.values), cycle=best.cycle))
+            lines.append(say("job.sweep_quickest", language=language, values=_say(best.values), cycle=best.cycle))
         for case in self.cases:
             if case.refusal is not None:
-                lines.append(f"{_said(case.values)}: {case.refusal.explain(language)}")
+                lines.append(f"{_say(case.values)}: {case.refusal.explain(language)}")
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -164,7 +164,7 @@ def sweep(
     return Sweep(tuple(cases))
 
 
-def _said(values: Mapping[str, float | str]) -> str:
+def _say(values: Mapping[str, float | str]) -> str:
     return ", ".join(f"{name} = {_shown(value)}" for name, value in values.items())
 
 

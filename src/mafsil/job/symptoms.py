@@ -94,12 +94,12 @@ class Missed:
 
     def amount(self, run: Run) -> float:
         """As share of its tolerance."""
-        judged = self._judged(run)
+        judged = self._judge(run)
         return float("inf") if judged is None else judged.share
 
     def measured(self, run: Run) -> str:
         """The error that was the largest share of its tolerance in the run that missed."""
-        judged = self._judged(run)
+        judged = self._judge(run)
         if judged is None:
             return "@job.run_stops"
         if isinstance(self.by, int):
@@ -108,7 +108,7 @@ class Missed:
             return quantity(judged.position_error, "m")
         return quantity(judged.orientation_error, "rad")
 
-    def _judged(self, run: Run) -> Arrival | None:
+    def _judge(self, run: Run) -> Arrival | None:
         return arrival(run.job, run.plan, self.leg, run.recording)
 
 

@@ -152,7 +152,7 @@ def _by_law(
         if move.duration < motion.duration * (1 - 1e-9):
             raise too_fast(where, motion.duration)
         motion = motion.stretched(move.duration / motion.duration)
-    return _judged(robot, motion, brisk, limits)
+    return _judge(robot, motion, brisk, limits)
 
 
 def _quickest(
@@ -181,10 +181,10 @@ def _quickest(
     law = rest_law("trapezoid")
     rate, growth = _tip_bounds(path, bounds, move)
     brisk = PathMotion(joints, law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth))
-    return replace(_judged(robot, motion, brisk, limits), binding=found.binding)
+    return replace(_judge(robot, motion, brisk, limits), binding=found.binding)
 
 
-def _judged(robot: Robot, motion: PathMotion, brisk: PathMotion, limits: JointLimits) -> TipMotion:
+def _judge(robot: Robot, motion: PathMotion, brisk: PathMotion, limits: JointLimits) -> TipMotion:
     """The line, and where the joints ask for more time than the bounds of the tip."""
     if motion.duration <= brisk.duration * (1 + 1e-6):
         return TipMotion(motion, brisk.duration)

@@ -92,7 +92,7 @@ class ResultsComparison(SingleAnswer):
         lines += [_line(change, language) for change in self.numbers]
         code = language or current_language()
         for key, findings in (("finding_gone", self.gone), ("finding_new", self.new)):
-            lines += [say(f"report.{key}", language=language, finding=_said(each, code)) for each in findings]
+            lines += [say(f"report.{key}", language=language, finding=_say(each, code)) for each in findings]
         lines += [visible(line) for line in self.job]
         lines += [f"{name}: {before} -> {after}" for name, (before, after) in self.versions.items()]
         return "\n".join(lines)
@@ -208,10 +208,10 @@ def _number(data: dict[str, Any], name: str) -> float | None:
 
 def _key(finding: dict[str, Any]) -> str:
     """By what it says, in English: the same code with another number is another finding."""
-    return _said(finding, "en")
+    return _say(finding, "en")
 
 
-def _said(finding: dict[str, Any], language: str) -> str:
+def _say(finding: dict[str, Any], language: str) -> str:
     sentence = finding.get("sentence")
     if not isinstance(sentence, dict):
         return visible(str(finding.get("code")))

@@ -249,7 +249,7 @@ def _steps(run: Run, numbers: Summary, words: _Words) -> tuple[Step, ...]:
     for k, (leg, start, end) in enumerate(zip(run.plan.legs, run.plan.starts, run.plan.starts[1:], strict=False)):
         text, level = "", "good"
         if k in judged:
-            text = _arrived(run, leg, judged[k], words)
+            text = _arrive(run, leg, judged[k], words)
             level = "good" if judged[k].reached else "failure"
         elif end > run.recording.t[-1] + 2 * run.job.simulation.step:
             text, level = words("not_finished"), "failure"
@@ -272,7 +272,7 @@ def _other_steps(run: Run, words: _Words) -> Iterator[Step]:
             yield Step(name, words(f"kind_{one.kind}"), one.start, one.end, text, "good", beside=True)
 
 
-def _arrived(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:
+def _arrive(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:
     """Where the arm was at the end of a leg, by all that is judged there."""
     details = error_details(run, judged)
     grasp = run.job.move[leg.index].pick
@@ -335,7 +335,7 @@ def _details(run: Run, words: _Words) -> tuple[Details, ...]:
     return (
         Details(words("robot"), tuple(robot), open=True),
         *_ways(run, words),
-        Details(words("explained"), tuple(_explained(run, words))),
+        Details(words("explained"), tuple(_explain(run, words))),
         Details(words("job_file"), text=run.text),
         Details(words("versions"), tuple(versions().items())),
     )
@@ -357,7 +357,7 @@ def _account(way: WayRound, words: _Words) -> str:
     return words("way_kept", **way.details(), kept=kept.explain(language=words.language))
 
 
-def _explained(run: Run, words: _Words) -> Iterator[tuple[str, str]]:
+def _explain(run: Run, words: _Words) -> Iterator[tuple[str, str]]:
     """The law, the measures and the plots of the page in words, each with its formula."""
     kind, names = run.job.controller.kind, {"response_plot": words("position")}
     if not run.plan.kinematic:

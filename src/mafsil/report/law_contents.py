@@ -68,7 +68,7 @@ def law_page(bench: LawBench, job: Job, text: str, language: str) -> LawPage:
         subtitle=f"{job.robot} · {quantity(job.simulation.step, 's')} · {words('laws_count', count=len(bench))}",
         verdict=Finding(level, words("laws_verdict", done=done, count=len(bench))),
         figures=tuple(_figures(bench, words)),
-        compared=_compared(bench, words),
+        compared=_compare(bench, words),
         borne=_borne(bench, words),
         stability=_stability(bench, words),
         findings=tuple(_findings(bench, language)),
@@ -124,7 +124,7 @@ def _worst_error(one: LawResult) -> float:
     return float(np.nan_to_num(np.array(one.joint_error), nan=np.inf).max())
 
 
-def _compared(bench: LawBench, words: _Words) -> Table:
+def _compare(bench: LawBench, words: _Words) -> Table:
     keys = ["law", "result", "joint_rms", "tip_error", "effort", "peak", "energy", "saturated"]
     touching = bench.results[0].curves.force is not None
     head = [words(f"laws_head_{key}") for key in (*keys, *(["force"] if touching else []))]

@@ -80,7 +80,7 @@ def write_folder(directory: Path, write: Callable[[Path], None]) -> Path:
     try:
         os.chmod(partial, 0o755)
         write(partial)
-        _synced(partial)
+        _sync(partial)
         _put(partial, directory)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
@@ -123,7 +123,7 @@ def _write_all(run: Run, directory: Path) -> None:
     run.recording.save(directory / "recording")
 
 
-def _synced(directory: Path) -> None:
+def _sync(directory: Path) -> None:
     """The names of the files reach the disk, where the system opens directories (Windows does not)."""
     try:
         folder = os.open(directory, os.O_RDONLY)
@@ -269,14 +269,14 @@ def _put(partial: Path, directory: Path) -> None:
     """Put the new directory in its place; the old one ends up where the new one was, to be removed."""
     if not directory.exists():
         os.rename(partial, directory)
-    elif not _exchanged(partial, directory):
+    elif not _exchange(partial, directory):
         old = partial.with_name(partial.name + "-old")
         os.rename(directory, old)
         os.rename(partial, directory)
         shutil.rmtree(old, ignore_errors=True)
 
 
-def _exchanged(first: Path, second: Path) -> bool:
+def _exchange(first: Path, second: Path) -> bool:
     """Swap two names at once, where the system can (Linux); otherwise two renames have to do."""
     if not sys.platform.startswith("linux"):
         return False

@@ -191,21 +191,21 @@ class DegreesView:
         value = getattr(self._answer, name)
         if name not in self.JOINTS:
             return value
-        return self._converted(value) if isinstance(value, np.ndarray) else partial(self._called, name, value)
+        return self._convert(value) if isinstance(value, np.ndarray) else partial(self._call, name, value)
 
-    def _called(self, name: str, method: Callable[..., Any], *args: Any, **named: Any) -> Any:
+    def _call(self, name: str, method: Callable[..., Any], *args: Any, **named: Any) -> Any:
         args = (self._robot.radians(args[0]),) if name == "nearest" and args else args
         named = {key: self._robot.radians(x) if key == "q" else x for key, x in named.items()}
-        return self._converted(method(*args, **named))
+        return self._convert(method(*args, **named))
 
-    def _converted(self, value: Any) -> Any:
+    def _convert(self, value: Any) -> Any:
         return self._robot.degrees(value) if isinstance(value, np.ndarray) else DegreesView(value, self._robot)
 
     def __getitem__(self, index: Any) -> Any:
-        return self._converted(self._answer[index])
+        return self._convert(self._answer[index])
 
     def __iter__(self) -> Any:
-        return map(self._converted, self._answer)
+        return map(self._convert, self._answer)
 
     def __len__(self) -> int:
         return len(self._answer)

@@ -11,7 +11,7 @@ import mafsil as mf
 from mafsil.errors import FileError, InputError
 from mafsil.model import sdf
 from mafsil.model.filled_shape import filled
-from mafsil.model.mjcf.solid import moments, volume
+from mafsil.model.mjcf.geom import moments, volume
 from mafsil.model.shape import Capsule
 from tests.model.drake_reader import plant_of
 from tests.model.sdf.test_sdf import joint, link

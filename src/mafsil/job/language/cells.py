@@ -68,15 +68,15 @@ def _with_paths(given: dict[str, Any], folder: Path) -> dict[str, Any]:
         elif isinstance(value, dict | list):
             if key in BY_NAME and isinstance(value, dict):
                 by_name = cast("dict[str, object]", value)
-                found[key] = {name: _named(each, names, folder) for name, each in by_name.items()}
+                found[key] = {name: _name(each, names, folder) for name, each in by_name.items()}
                 continue
             tables = cast("list[object]", value if isinstance(value, list) else [value])
-            named = [_named(each, names, folder) for each in tables]
+            named = [_name(each, names, folder) for each in tables]
             found[key] = named if isinstance(value, list) else named[0]
     return found
 
 
-def _named(given: object, names: Sequence[str], folder: Path) -> object:
+def _name(given: object, names: Sequence[str], folder: Path) -> object:
     """A table with the files that some keys name; what is none is refused later."""
     if not isinstance(given, dict):
         return given
@@ -123,7 +123,7 @@ class _Merging:
             self._require_cell(given, places)
             if path.parent != above[0].parent:
                 given = _with_paths(given, path.parent)
-            self.cells.append(Cell(source=source, text=text, gave=tuple(self._merged(given))))
+            self.cells.append(Cell(source=source, text=text, gave=tuple(self._merge(given))))
             self.include(given.get(TABLE, ()), path.parent, (*above, path), places)
 
     def _require_cell(self, given: dict[str, Any], places: Places) -> None:
@@ -135,7 +135,7 @@ class _Merging:
             if name in given and given[name] != self.data.get(name, given[name]):
                 raise places.error("job.include_units", (name,), unit=name, own=visible(str(self.data[name])))
 
-    def _merged(self, given: dict[str, Any]) -> list[tuple[Keys, Keys]]:
+    def _merge(self, given: dict[str, Any]) -> list[tuple[Keys, Keys]]:
         """Takes what is new; where it stands then, and where it stood."""
         taken: list[tuple[Keys, Keys]] = []
         for key, value in given.items():

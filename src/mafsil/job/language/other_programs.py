@@ -29,7 +29,7 @@ def other_robots(programs: tuple[OtherProgram, ...], error: Complaint) -> tuple[
     found: list[OtherRobot] = []
     for k, program in enumerate(programs):
         moves: list[OtherMove] = []
-        for move, _ in _unrolled(program.move, ()):
+        for move, _ in _unroll(program.move, ()):
             moves.append(move)
             if len(moves) > MOST_MOVES:
                 raise error("job.too_many_moves", ("other_robot", k, "move"), most=MOST_MOVES)
@@ -52,7 +52,7 @@ def check_programs(programs: tuple[OtherProgram, ...], error: Complaint) -> None
         _check_moves(program.move, ("other_robot", k, "move"), error)
 
 
-def _unrolled(statements: tuple[OtherStatement, ...], path: Path) -> Iterator[tuple[OtherMove, Path]]:
+def _unroll(statements: tuple[OtherStatement, ...], path: Path) -> Iterator[tuple[OtherMove, Path]]:
     """Moves of statements, with where they stand under the moves of their robot."""
     for k, each in enumerate(statements):
         here = (*path, k)
@@ -60,7 +60,7 @@ def _unrolled(statements: tuple[OtherStatement, ...], path: Path) -> Iterator[tu
             yield from _rounds(each, each.do, here)
         elif each.then is not None:
             ways = [
-                list(_unrolled(inner, (*here, key))) for key, inner in (("then", each.then), ("else", each.else_ or ()))
+                list(_unroll(inner, (*here, key))) for key, inner in (("then", each.then), ("else", each.else_ or ()))
             ]
             yield OtherMove(fork=Fork(tests=each.if_, skip=len(ways[0]), other=bool(ways[1])), origin=here), here
             yield from past(ways[0], len(ways[1]))
@@ -73,7 +73,7 @@ def _unrolled(statements: tuple[OtherStatement, ...], path: Path) -> Iterator[tu
 def _rounds(each: OtherStatement, inner: tuple[OtherStatement, ...], path: Path) -> Iterator[tuple[OtherMove, Path]]:
     """Moves of all rounds of a loop; with `while` each begins with a fork past all that is left."""
     count = each.repeat or 1
-    once = list(_unrolled(inner, (*path, "do")))
+    once = list(_unroll(inner, (*path, "do")))
     for turn in range(count):
         if each.while_:
             left = (count - turn) * (len(once) + 1)

@@ -62,11 +62,11 @@ def in_si(file: File, data: dict[str, Any]) -> File:
         data: its tables: only keys that stand there are converted, defaults are in these units already.
     """
     if file.lengths == "millimetres":
-        file = _scaled(file, data, LENGTHS, MILLIMETRE)
-    return _scaled(file, data, ANGLES, DEGREE) if file.angles == "degrees" else file
+        file = _scale(file, data, LENGTHS, MILLIMETRE)
+    return _scale(file, data, ANGLES, DEGREE) if file.angles == "degrees" else file
 
 
-def _scaled(value: Any, given: Any, table: dict[type[Part], tuple[str, ...]], unit: float) -> Any:
+def _scale(value: Any, given: Any, table: dict[type[Part], tuple[str, ...]], unit: float) -> Any:
     """What a table names, in all tables inside a value."""
     if isinstance(value, Part):
         named = {name for kind, names in table.items() if isinstance(value, kind) for name in names}
@@ -74,15 +74,15 @@ def _scaled(value: Any, given: Any, table: dict[type[Part], tuple[str, ...]], un
         changed = {
             fields[key]: _in_unit(getattr(value, fields[key]), unit)
             if key in named
-            else _scaled(getattr(value, fields[key]), inner, table, unit)
+            else _scale(getattr(value, fields[key]), inner, table, unit)
             for key, inner in given.items()
         }
         return msgspec.structs.replace(value, **changed)
     if isinstance(value, tuple):
         pairs = zip(cast("tuple[Any, ...]", value), given, strict=True)
-        return tuple(_scaled(each, inner, table, unit) for each, inner in pairs)
+        return tuple(_scale(each, inner, table, unit) for each, inner in pairs)
     if isinstance(value, dict):
-        return {name: _scaled(each, given[name], table, unit) for name, each in cast("dict[str, Any]", value).items()}
+        return {name: _scale(each, given[name], table, unit) for name, each in cast("dict[str, Any]", value).items()}
     return value
 
 

@@ -33,17 +33,17 @@ def substituted(data: dict[str, Any], given: Mapping[str, object], error: Compla
         if name not in named:
             raise error("job.no_variable", (TABLE,), given=visible(name), known=_known(named))
     values = named | dict(given)
-    rest = {key: _replaced(value, values, (key,), error) for key, value in data.items() if key != TABLE}
+    rest = {key: _replace(value, values, (key,), error) for key, value in data.items() if key != TABLE}
     return rest | ({TABLE: values} if TABLE in data else {})
 
 
-def _replaced(value: Any, values: Mapping[str, Any], path: Path, error: Complaint) -> Any:
+def _replace(value: Any, values: Mapping[str, Any], path: Path, error: Complaint) -> Any:
     """A value with names replaced, in tables and lists too."""
     if isinstance(value, dict):
         table = cast("dict[str, Any]", value)
-        return {key: _replaced(inner, values, (*path, key), error) for key, inner in table.items()}
+        return {key: _replace(inner, values, (*path, key), error) for key, inner in table.items()}
     if isinstance(value, list):
-        return [_replaced(inner, values, (*path, k), error) for k, inner in enumerate(cast("list[Any]", value))]
+        return [_replace(inner, values, (*path, k), error) for k, inner in enumerate(cast("list[Any]", value))]
     found = _NAME.fullmatch(value) if isinstance(value, str) else None
     if found is None:
         return value

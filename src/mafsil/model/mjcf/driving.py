@@ -109,7 +109,7 @@ class Driving:
             self._add(joint, gear**2 * armature, gear**2 * damping)
             if joint not in self.driven:
                 self.driven.add(joint)
-                self.joints[joint] = _driven(reading, element, self.joints[joint], gear, settings)
+                self.joints[joint] = _drive(reading, element, self.joints[joint], gear, settings)
 
     def _pulls(self, element: Element, scope: Scope) -> None:
         """An actuator on a tendon drives all its joints; its share of each is no gear of a joint, which is said."""
@@ -139,7 +139,7 @@ def _added(reading: Reading, element: Element, settings: Settings) -> tuple[floa
     return magnitude(reading, element, "armature"), 0.0 if "damper" in settings.off else damping
 
 
-def _driven(reading: Reading, element: Element, joint: Joint, gear: float, settings: Settings) -> Joint:
+def _drive(reading: Reading, element: Element, joint: Joint, gear: float, settings: Settings) -> Joint:
     """A joint with the gear and the effort limit of its actuator."""
     effort = _largest(reading, element, "forcelimited", "forcerange", settings)
     if element.tag == "motor":

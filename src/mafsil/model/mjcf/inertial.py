@@ -59,7 +59,7 @@ def inertial_of(reading: Reading, body: Element, name: str, parts: Matters, sett
     if largest > LARGEST:
         reading.report(TOO_BIG, body, element="body", attribute="mass", text=f"{largest:g}", limit=LARGEST)
         return None
-    bounded = _bounded(found, settings)
+    bounded = _bound(found, settings)
     for fault in (mass_fault(bounded.mass, bounded.inertia), inertia_fault(bounded.mass, bounded.inertia)):
         if fault is not None:
             moments = ", ".join(f"{value:.4g}" for value in np.linalg.eigvalsh(bounded.inertia))
@@ -109,7 +109,7 @@ def _read_inertial(
     return Inertial(mass, moved.com, frozen((moved.inertia + moved.inertia.T) / 2))
 
 
-def _bounded(inertial: Inertial, settings: Settings) -> Inertial:
+def _bound(inertial: Inertial, settings: Settings) -> Inertial:
     """Mass and principal moments raised to the compiler's bounds, then balanced if it says so."""
     mass = max(inertial.mass, settings.bound_mass) if settings.bound_mass > 0.0 else inertial.mass
     moments, axes = np.linalg.eigh(inertial.inertia)

@@ -99,7 +99,7 @@ def _free(tree: Tree, body: str) -> None:
             tree.poses[child] = frozen(np.eye(4))
         kind = JointKind.PRISMATIC if i < 3 else JointKind.REVOLUTE
         # The slides go along the world; the last of them is followed by the body's own axes.
-        start = _shifted(T) if i == 0 else _turned(T) if i == 3 else np.eye(4)
+        start = _shift(T) if i == 0 else _turn(T) if i == 3 else np.eye(4)
         tree.closing.add(name)
         row.append(
             Joint(name, kind, parent, child, frozen(start), frozen(np.eye(3)[i % 3]), wraps=i >= 3, actuated=False)
@@ -108,13 +108,13 @@ def _free(tree: Tree, body: str) -> None:
     tree.joints[k : k + 1] = row
 
 
-def _shifted(T: PoseMatrix) -> Floats:
+def _shift(T: PoseMatrix) -> Floats:
     only = np.eye(4)
     only[:3, 3] = T[:3, 3]
     return only
 
 
-def _turned(T: PoseMatrix) -> Floats:
+def _turn(T: PoseMatrix) -> Floats:
     only = np.eye(4)
     only[:3, :3] = T[:3, :3]
     return only

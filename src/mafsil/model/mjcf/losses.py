@@ -32,7 +32,7 @@ def losses_of(mechanism: Mechanism, shifted: tuple[str, ...], lacking: Mapping[s
         shifted: links whose inertia was made possible by a shift that changes no motion.
         lacking: links whose inertia no body has, with what it lacks.
     """
-    yield from _refused(mechanism)
+    yield from _refuse(mechanism)
     yield from curve_loss(mechanism, "MJCF", degree=4)
     yield from friction_loss(mechanism, "MJCF")
     if gross := [name for name, lack in lacking.items() if lack > PRINTED]:
@@ -66,7 +66,7 @@ def light_links(mechanism: Mechanism) -> list[str]:
     return [joint.child for joint in mechanism.joints if joint.moves and not heavy[joint.child]]
 
 
-def _refused(mechanism: Mechanism) -> Iterator[Loss]:
+def _refuse(mechanism: Mechanism) -> Iterator[Loss]:
     each = (*mechanism.joints, *mechanism.loops)
     names = [mechanism.name, *mechanism.link_names, *(joint.name for joint in each)]
     wrong = [name for name in names if not name or not is_writable(name)]

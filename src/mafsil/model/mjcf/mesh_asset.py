@@ -54,7 +54,7 @@ class MeshAssets:
         element = self.elements[name]
         if not element.get("file"):
             return None
-        resolved, reference = self._resolved(element)
+        resolved, reference = self._resolve(element)
         if resolved.fault is not None:
             reading.report(resolved.fault, element, "file", reference=reference, package=resolved.package)
         R, p, scale = self._reference(reading, element)
@@ -74,7 +74,7 @@ class MeshAssets:
         """
         if name not in self._masses:
             try:
-                self._masses[name] = self._weighed(reading, self.elements[name])
+                self._masses[name] = self._weigh(reading, self.elements[name])
             except MafsilError as error:
                 self._masses[name] = error
         found = self._masses[name]
@@ -82,7 +82,7 @@ class MeshAssets:
             raise found
         return found
 
-    def _weighed(self, reading: Reading, element: Element) -> MeshMass:
+    def _weigh(self, reading: Reading, element: Element) -> MeshMass:
         known = tuple(rule.value for rule in MeshInertia)
         rule = MeshInertia(choice(reading, element, "inertia", known, MeshInertia.LEGACY.value))
         if element.get("builtin", "none") != "none" or element.first("plugin") is not None:
@@ -90,11 +90,11 @@ class MeshAssets:
         if rule is MeshInertia.CONVEX and int(reading.number(element, "maxhullvert", -1.0) or -1) > 0:
             raise ModelError(_WORD, what="maxhullvert")
         surface = self._surface(reading, element)
-        return mesh_mass(self._placed(reading, element, surface), rule)
+        return mesh_mass(self._place(reading, element, surface), rule)
 
     def _surface(self, reading: Reading, element: Element) -> Surface:
         if element.get("file"):
-            resolved, reference = self._resolved(element)
+            resolved, reference = self._resolve(element)
             if resolved.path is None:
                 raise ModelError(_WORD, what=reference)
             surface = read_mesh(resolved.path)
@@ -108,7 +108,7 @@ class MeshAssets:
             raise ModelError(_WORD, what="face")
         return cleaned(points, faces)
 
-    def _placed(self, reading: Reading, element: Element, surface: Surface) -> Surface:
+    def _place(self, reading: Reading, element: Element, surface: Surface) -> Surface:
         """The surface after its reference pose is taken off and its scale put on."""
         R, p, scale = self._reference(reading, element)
         x, y, z = (float(factor) for factor in scale)
@@ -123,7 +123,7 @@ class MeshAssets:
         R = rotation_from_quaternion(quaternion / size) if size > 0.0 else np.eye(3)
         return R, p, np.array(reading.vector(element, "scale", 3, (1.0, 1.0, 1.0)) or (1.0, 1.0, 1.0))
 
-    def _resolved(self, element: Element) -> tuple[Resolved, str]:
+    def _resolve(self, element: Element) -> tuple[Resolved, str]:
         """The file of a mesh: in the mesh folder of the model, or beside the file that names it."""
         name = element.get("file").replace("\\", "/")
         name = PurePosixPath(name).name if self.settings.strip_path else name

@@ -1,14 +1,20 @@
-"""The MJCF reader: bodies, hinges, slides, geometry, inertia, couplings; what it cannot keep it says."""
+"""The MJCF reader: bodies, hinges, slides, geometry, inertia, couplings; what it cannot keep it says.
+
+Files that an MJCF file includes: put in place of the `include`, if they lie where the model may read.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import PurePosixPath
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
 
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
 from mafsil.model.audit import audit
-from mafsil.model.faults import EMPTY_ATTRIBUTE, NO_LINKS, WRONG_ROOT
+from mafsil.model.diagnostics import Diagnostic, shown
+from mafsil.model.faults import EMPTY_ATTRIBUTE, INCLUDE_REFUSED, INCLUDE_TWICE, NO_LINKS, WRONG_ROOT
 from mafsil.model.file_reader import Format
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
@@ -17,7 +23,6 @@ from mafsil.model.mjcf.body import TreeReader, hung_frames
 from mafsil.model.mjcf.coupling import read_couplings
 from mafsil.model.mjcf.driving import Driving
 from mafsil.model.mjcf.geom import Library
-from mafsil.model.mjcf.include import Inclusion
 from mafsil.model.mjcf.loose import settle
 from mafsil.model.mjcf.mesh_asset import MeshAssets
 from mafsil.model.mjcf.references import References
@@ -26,7 +31,10 @@ from mafsil.model.mjcf.settings import read_settings
 from mafsil.model.mjcf.vocabulary import MJCF as VOCABULARY
 from mafsil.model.mjcf.vocabulary import NUMBERS
 from mafsil.model.reading import Reading
-from mafsil.model.xml_tree import Element, ReadLimits
+from mafsil.model.source import load
+from mafsil.model.xml_tree import Element, ReadLimits, Refusal, parse
+
+MOST_FILES = 100
 
 
 def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -> Mechanism | None:
@@ -52,7 +60,7 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     name = root.get("model").strip() or "mujoco"
     settings = model.library.settings
     frames = hung_frames(tree)
-    links, marks = _scaled(tree.links, settings.total_mass), {joint.child for joint in frames}
+    links, marks = _scale(tree.links, settings.total_mass), {joint.child for joint in frames}
     return Mechanism.assemble(name, links, (*joints, *frames), loops=loops, gravity=settings.gravity, marks=marks)
 
 
@@ -109,7 +117,7 @@ def _add_model(reading: Reading, element: Element, model: Model, inclusion: Incl
         inclusion.count = inner.count
 
 
-def _scaled(links: list[Link], total: float) -> list[Link]:
+def _scale(links: list[Link], total: float) -> list[Link]:
     """The links with masses and inertias scaled so that the masses add up to `total`, if that is positive."""
     mass = sum(link.inertial.mass for link in links if link.inertial is not None)
     if total <= 0.0 or mass <= 0.0:
@@ -130,3 +138,75 @@ def _scaled(links: list[Link], total: float) -> list[Link]:
 
 MJCF = Format(_build)
 read, diagnose, repair, file_reader = MJCF.read, MJCF.diagnose, MJCF.repair, MJCF.reader
+
+
+@dataclass(slots=True)
+class Inclusion:
+    """The state of including: which files are open, how many were read.
+
+    Attributes:
+        reading, assets, limits: of the top model.
+        open: the files that are being put in place, the innermost last.
+        folders: where each included file lies, in the order of the reading's list of them.
+        count: files read so far.
+    """
+
+    reading: Reading
+    assets: Assets
+    limits: ReadLimits
+    open: list[Path] = field(default_factory=list[Path])
+    folders: list[Path] = field(default_factory=list[Path])
+    count: int = 0
+
+    def expand(self, root: Element) -> None:
+        """Replace every `include` below an element by the children of the file's root."""
+        for element in list(root.walk()):
+            if any(child.tag == "include" for child in element.children):
+                element.children = [inner for child in element.children for inner in self._contents(child)]
+
+    def _contents(self, element: Element) -> list[Element]:
+        """The element itself, or what it includes, to any depth."""
+        if element.tag != "include":
+            return [element]
+        with self.opened(element, self.reading.reference(element, "file")) as root:
+            if root is None:
+                return []
+            self.expand(root)
+            return root.children
+
+    @contextmanager
+    def opened(self, element: Element, name: str) -> Generator[Element | None]:
+        """A file, looked for in the model's folder and then beside the file that names it; open while it is used."""
+        resolved = self.assets.resolve(name)
+        if resolved.path is None and self.open:
+            beside = replace(self.assets, folder=self.open[-1].parent).resolve(name)
+            resolved = beside if beside.path is not None else resolved
+        if resolved.path is None:
+            reason = "" if resolved.fault is None else resolved.fault.code
+            self.reading.report(INCLUDE_REFUSED, element, "file", file=name, reason=reason)
+            yield None
+        elif resolved.path in self.open or self.count >= MOST_FILES:
+            self.reading.report(INCLUDE_TWICE, element, "file", self.reading.remove(element), file=name)
+            yield None
+        else:
+            self.open.append(resolved.path)
+            yield self._parse(resolved.path, name)
+            self.open.pop()
+
+    def _parse(self, path: Path, name: str) -> Element | None:
+        self.count += 1
+        try:
+            text = load(path, self.limits)
+            document = parse(text.data, self.limits)
+        except Refusal as refusal:
+            self.reading.diagnostics.append(self._place(refusal.diagnostic, name))
+            return None
+        root = self.reading.include(name, text, document)
+        self.folders.append(path.parent)
+        elements = sum(1 for _ in root.walk())
+        self.limits = replace(self.limits, elements=max(self.limits.elements - elements, 0))
+        return root
+
+    @staticmethod
+    def _place(diagnostic: Diagnostic, file: str) -> Diagnostic:
+        return replace(diagnostic, file=shown(file), repair=None)

@@ -58,7 +58,7 @@ class References:
         suffixes = [s for s in self.unfolding.suffixes if s.endswith(scope.suffix) and s != scope.suffix]
         found: list[tuple[str, ...]] = []
         for suffix in (scope.suffix, *suffixes):
-            lengthened = [self._lengthened(name, scope, suffix, known) for name in names]
+            lengthened = [self._lengthen(name, scope, suffix, known) for name in names]
             if all(lengthened) and (suffix == scope.suffix or any(name.endswith(suffix) for name in lengthened)):
                 found.append(tuple(lengthened))
                 if suffix == scope.suffix:
@@ -67,7 +67,7 @@ class References:
             self._report(element, names, scope, suffixes, known, kind)
         return [row for row in found if not any(name in self.tree.left_out for name in row)]
 
-    def _lengthened(self, name: str, scope: Scope, suffix: str, known: Collection[str]) -> str:
+    def _lengthen(self, name: str, scope: Scope, suffix: str, known: Collection[str]) -> str:
         """A name in place, or empty if there is none such."""
         if name in ("", WORLD):
             return WORLD
@@ -87,7 +87,7 @@ class References:
         if scope.partly:
             return
         places = (scope.suffix, *suffixes)
-        unknown = (n for n in names if not any(self._lengthened(n, scope, suffix, known) for suffix in places))
+        unknown = (n for n in names if not any(self._lengthen(n, scope, suffix, known) for suffix in places))
         missing = next(unknown, names[0])
         repair = self.reading.remove(element)
         fault = {"body": UNKNOWN_BODY, "joint": UNKNOWN_JOINT, "site": UNKNOWN_SITE}[kind]

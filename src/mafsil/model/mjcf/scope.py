@@ -122,14 +122,14 @@ class Unfolding:
                 yield from self.parts(child, inner, child.get("childclass") or childclass, scope)
             # 3.
             elif child.tag == "replicate":
-                yield from self._replicated(child, T, child.get("childclass") or childclass, scope)
+                yield from self._replicate(child, T, child.get("childclass") or childclass, scope)
             elif child.tag == "attach":
-                yield from self._attached(child, T, scope)
+                yield from self._attach(child, T, scope)
             # 4.
             else:
                 yield Part(child, T, childclass, scope)
 
-    def _replicated(self, element: Element, T: PoseMatrix, childclass: str, scope: Scope) -> Iterator[Part]:
+    def _replicate(self, element: Element, T: PoseMatrix, childclass: str, scope: Scope) -> Iterator[Part]:
         """The content again and again, each time turned and moved further; names end with the number."""
         count = self.reading.number(element, "count", largest=MOST_COPIES)
         offset = np.array(self.reading.vector(element, "offset", 3, (0.0, 0.0, 0.0)) or (0.0, 0.0, 0.0))
@@ -145,7 +145,7 @@ class Unfolding:
             self.suffixes[suffix] = None
             yield from self.parts(element, frozen(T @ T_k), childclass, replace(scope, suffix=suffix))
 
-    def _attached(self, element: Element, T: PoseMatrix, scope: Scope) -> Iterator[Part]:
+    def _attach(self, element: Element, T: PoseMatrix, scope: Scope) -> Iterator[Part]:
         """The content of another model, or one body or frame of a model."""
         name, model = element.get("model"), scope.model
         if name:
@@ -165,7 +165,7 @@ class Unfolding:
             for section in model.bodies():
                 yield from self.parts(section, T, "", inner)
             return
-        found = _found(model, what, named)
+        found = _find(model, what, named)
         if found is None:
             self.reading.report(NO_SUCH_PART, element, what, kind=what, name=named)
             return
@@ -174,7 +174,7 @@ class Unfolding:
         yield from self.parts(holder, T, childclass, inner)
 
 
-def _found(model: Model, what: str, name: str) -> tuple[Element, str] | None:
+def _find(model: Model, what: str, name: str) -> tuple[Element, str] | None:
     """A named body or frame of a model and the class in force around it."""
     waiting = [(section, "") for section in reversed(model.bodies())]
     while waiting:
