@@ -317,3 +317,15 @@ def test_robots_with_loops_get_no_numbers_of_their_tree():
             verb(np.eye(4))
     with pytest.raises(ModelError, match="loops"):
         loops.workspace(100)
+
+
+def test_the_robot_may_be_given_by_name_of_its_argument():
+    """Every function with degrees among its arguments takes its robot by keyword too, in both units."""
+    robot, q = mf.load("ur5e"), [30.0, -60.0, 60.0, -90.0, -90.0, 0.0]
+    T = robot.fk(q, degrees=True)
+    assert mf.inverse_kinematics(robot=robot, T_sd=T)
+    assert mf.inverse_kinematics(robot="ur5e", T_sd=T, q0=q, degrees=True)
+    found = mf.solve_ik(robot=robot, T_sd=T, q0=q, degrees=True).q
+    np.testing.assert_allclose(robot.fk(found, degrees=True), T, atol=1e-6)
+    singularity = mf.performance.singularity
+    assert singularity(robot=robot, q=q, degrees=True).explain() == singularity(robot, np.radians(q)).explain()

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import partial, wraps
 from inspect import signature
 from math import pi
-from typing import Any, Concatenate, ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +23,6 @@ from mafsil.model import Mechanism
 from mafsil.model.loading import RobotLike, as_mechanism
 
 P = ParamSpec("P")
-Owner = TypeVar("Owner")
 Result = TypeVar("Result")
 MOTION = ("q", "qd", "qdd")
 """Inputs of quantities that are joint coordinates or their time derivatives."""
@@ -103,24 +102,23 @@ def remark_on_degrees(robot: Any, name: str, q: object) -> None:
     robot._degrees_hint(q, name)
 
 
-def takes_degrees(
-    *names: str,
-) -> Callable[[Callable[Concatenate[Owner, P], Result]], Callable[Concatenate[Owner, P], Result]]:
-    """A function of a Robot that is given radians, also where `degrees=True` says that the caller gave degrees.
+def takes_degrees(*names: str) -> Callable[[Callable[P, Result]], Callable[P, Result]]:
+    """A function of a robot that is given radians, also where `degrees=True` says that the caller gave degrees.
 
-    The function has `degrees` among its arguments, for its readers and for what it gives back.
+    The robot is its first argument; `degrees` is among the others, for its readers and for what it gives back.
 
     Args:
         names: of its arguments that hold joint coordinates or their time derivatives, or None.
     """
 
-    def door(function: Callable[Concatenate[Owner, P], Result]) -> Callable[Concatenate[Owner, P], Result]:
+    def door(function: Callable[P, Result]) -> Callable[P, Result]:
         @wraps(function)
-        def call(robot: Owner, /, *args: P.args, **named: P.kwargs) -> Result:
+        def call(*args: P.args, **named: P.kwargs) -> Result:
             if not named.get("degrees", False):
-                return function(robot, *args, **named)
-            mechanism = as_mechanism(cast("RobotLike", robot), keeps_loops=True)
-            bound = signature(function).bind(robot, *args, **named)
+                return function(*args, **named)
+            bound = signature(function).bind(*args, **named)
+            robot = cast("RobotLike", next(iter(bound.arguments.values())))
+            mechanism = as_mechanism(robot, keeps_loops=True)
             for name in names:
                 value: Any = bound.arguments.get(name)
                 if value is not None:
