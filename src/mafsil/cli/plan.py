@@ -149,7 +149,7 @@ def _assume(arm: Robot) -> list[str]:
         known = getattr(arm.limits, name)
         joints = [one for one, x in zip(arm.joint_names, known, strict=True) if not (np.isfinite(x) and x > 0.0)]
         if joints:
-            found.append(say(f"job.{name}_assume", joints=", ".join(joints), value=value))
+            found.append(say(f"job.{name}_assumed", joints=", ".join(joints), value=value))
     return found
 
 

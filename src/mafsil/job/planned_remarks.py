@@ -204,7 +204,7 @@ def _assume(robot: Robot, name: str, usual: Floats, chosen: NDArray[np.bool_]) -
     turns = robot.mechanism.angular
     said = {f"{usual[k]:.4g} {'rad' if turns[k] else 'm'}{power}": None for k in np.flatnonzero(chosen)}
     details = {"joints": _list(robot, chosen), "value": ", ".join(said)}
-    return [Remark("good", f"job.{name}_assume", details)] if chosen.any() else []
+    return [Remark("good", f"job.{name}_assumed", details)] if chosen.any() else []
 
 
 def _list(robot: Robot, chosen: NDArray[np.bool_]) -> str:
