@@ -30,7 +30,9 @@ def book(what: str | None = None, number: str | None = None, picture: str | None
         kinds = _OPEN if what is None else (what,)
         titles = {kind: {each: _OPEN[kind](each).title for each in _LISTS[kind]()} for kind in kinds}
         rows = [[kind, each, title] for kind, entries in titles.items() for each, title in entries.items()]
-        return Answer(titles, table([say(f"cli.book_{key}") for key in ("kind", "at", "title")], rows, words=(2,)))
+        return Answer(
+            titles, tuple(table([say(f"cli.book_{key}") for key in ("kind", "at", "title")], rows, words=(2,)))
+        )
     entry = _OPEN[what](number)
     lines = entry.explain().split("\n")
     if picture is not None:
