@@ -84,7 +84,7 @@ def clearances(run: Run) -> Clearances | None:
     most = int(np.clip(MANY_PIECES // pieces, FEWEST_MOMENTS, MOST_MOMENTS))
     rows = np.unique(np.linspace(0, len(t) - 1, min(len(t), most)).round().astype(np.intp))
     rows = rows[np.isfinite(q[rows]).all(axis=1)]
-    legs = np.clip(np.searchsorted(run.plan.starts, t[rows], side="right") - 1, 0, len(run.plan.legs) - 1)
+    legs = run.plan.legs_at(t[rows])
     distance = np.empty(len(rows))
     first, second = ([""] * len(rows) for _ in range(2))
     smaller = np.zeros(len(rows))

@@ -120,14 +120,8 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
 
 def positions(plan: Plan, t: Floats) -> Floats:
     """(k, n) where the plan is at times."""
-    moments = zip(_legs(plan, t), t.tolist(), strict=True)
-    return np.stack([plan.legs[k].trajectory.at(max(time - float(plan.starts[k]), 0.0)).u for k, time in moments])
-
-
-def _legs(plan: Plan, t: Floats) -> list[int]:
-    """The leg at each time."""
-    last = len(plan.legs) - 1
-    return [min(max(int(k) - 1, 0), last) for k in np.searchsorted(plan.starts, t, side="right").tolist()]
+    moments = zip(plan.legs_at(t), t.tolist(), strict=True)
+    return np.stack([plan.legs[int(k)].trajectory.at(max(time - float(plan.starts[k]), 0.0)).u for k, time in moments])
 
 
 def _column(table: CsvTable, *names: str) -> int:
@@ -249,7 +243,7 @@ def _model(plan: Plan, t: Floats) -> tuple[Floats, Floats, Floats]:
     before, now, after = (positions(plan, np.clip(t + shift, 0.0, plan.duration)) for shift in (-STEP, 0.0, STEP))
     qd, qdd = (after - before) / (2.0 * STEP), (after - 2.0 * now + before) / STEP**2
     model, payload = np.zeros_like(now), np.zeros_like(now)
-    loads = [plan.legs[k].load for k in _legs(plan, t)]
+    loads = [plan.legs[int(k)].load for k in plan.legs_at(t)]
     for load in dict.fromkeys(loads):
         rows = np.array([one == load for one in loads])
         robot, state = loaded_robot(load), (now[rows], qd[rows], qdd[rows])

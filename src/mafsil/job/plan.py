@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.cell_signals import CellSignals
@@ -124,9 +125,13 @@ class Plan:
         """(legs + 1,) beginning of each leg, and the end [s]."""
         return np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in self.legs])])
 
+    def legs_at(self, t: Floats) -> NDArray[np.intp]:
+        """(k,) index of the leg under way at times (k,); the first and the last also beyond the plan."""
+        return np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, len(self.legs) - 1)
+
     def tips(self, t: Floats, q: Floats) -> PoseMatrix:
         """(k, 4, 4) poses in {s} of the tip of the tool that is mounted at times (k,), at configurations (k, n)."""
-        legs = np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, len(self.legs) - 1)
+        legs = self.legs_at(t)
         robots = [leg.load.robot for leg in self.legs]
         found = np.empty((len(t), 4, 4))
         for robot in dict.fromkeys(robots):

@@ -167,7 +167,7 @@ def tool_tracks(run: Run, moments: Floats) -> list[Part]:
     """
     legs, t = run.plan.legs, run.recording.t
     tips, _ = run.tips(np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1))
-    at = np.clip(np.searchsorted(run.plan.starts, moments, side="right") - 1, 0, len(legs) - 1)
+    at = run.plan.legs_at(moments)
     found: list[Part] = []
     for equipment in dict.fromkeys(leg.load.equipment for leg in legs):
         mounted = np.flatnonzero(np.array([leg.load.equipment is equipment for leg in legs])[at])
