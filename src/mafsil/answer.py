@@ -1,16 +1,21 @@
-"""The one shape of answers: a status with its sentence, truth, iteration, plain data, and a text in notebooks."""
+"""The one shape of answers. A class declares what it shows; truth, length, iteration, data and texts follow from that.
+
+class Certificate(Answer, data="proven real radius"): ...     one answer, true if its status succeeded
+class Curves(Answer, entries="curves", data="hits"): ...      as long as its curves, iterated over them
+"""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from html import escape
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from mafsil.errors import UnknownNameError
-from mafsil.messages import say
-from mafsil.messages.tables import on_screen
+from mafsil.messages import placeholders, say
+from mafsil.messages.tables import in_notebook, on_screen
 
 
 class Status(Enum):
@@ -30,26 +35,29 @@ class Status(Enum):
         return say(self.key, language=language, **details)
 
 
-class Answer(ABC):
+class Answer:
     """True when the question is answered with yes or solved, iterable where there are several, plain data on request.
 
-    Besides, each has `status` (of a batch one for each row) and `explain(...)`, which gives its sentences.
+    Subclasses have `status` (of a batch one for each row). In the sentences of statuses `{name}` is the attribute of
+    that name; who needs other details writes `explain`.
+
+    Args:
+        data: names of the attributes that `to_dict` shows beside the status, after those of the base class; what
+            shall have another name there, or lies deeper, is `name=attribute.of.it`.
+        entries: name of the attribute that holds the several things found; without it the answer is one.
     """
 
     __slots__ = ()
+    _data: tuple[str, ...] = ()
+    _entries: str = ""
 
-    @abstractmethod
-    def __bool__(self) -> bool: ...
-
-    @abstractmethod
-    def __len__(self) -> int: ...
-
-    @abstractmethod
-    def __iter__(self) -> Iterator[Any]: ...
-
-    @abstractmethod
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: names of statuses, arrays, numbers."""
+    def __init_subclass__(cls, *, data: str = "", entries: str = "", **more: Any) -> None:
+        # A dataclass with slots is made a second time, without these words: what it has stays.
+        super().__init_subclass__(**more)
+        if data:
+            cls._data += tuple(data.split())
+        if entries:
+            cls._entries = entries
 
     if not TYPE_CHECKING:
 
@@ -63,32 +71,58 @@ class Answer(ABC):
                 raise AttributeError(name)
             raise UnknownNameError(type(self).__name__, name, dir(self))
 
-    def _repr_html_(self) -> str:
-        """In a notebook the sentences of `explain`, each in the direction of its language."""
-        own: Any = self
-        lines = str(own.explain()).split("\n")
-        return "".join(f'<div dir="auto">{escape(line)}</div>' for line in lines)
-
-
-class SingleAnswer(Answer):
-    """One answer, of length 1: true if its `status` succeeded, printed as its sentence."""
-
-    __slots__ = ()
-
     def __bool__(self) -> bool:
-        own: Any = self
-        return bool(own.status.succeeded)
+        return bool(_status(self).succeeded)
 
     def __len__(self) -> int:
-        return 1
+        return len(getattr(self, self._entries)) if self._entries else 1
 
     def __iter__(self) -> Iterator[Any]:
-        return iter((self,))
+        return iter(getattr(self, self._entries) if self._entries else (self,))
 
     def __repr__(self) -> str:
-        return on_screen(self.explain())
+        return "\n".join([on_screen(self.explain()), *self._table()])
+
+    def _repr_html_(self) -> str:
+        """In a notebook the sentences of `explain`, each in the direction of its language, then the table."""
+        lines = "".join(f'<div dir="auto">{escape(line)}</div>' for line in self.explain().split("\n"))
+        shown = self._table()
+        return lines + in_notebook("\n".join(shown)) if shown else lines
+
+    def _table(self) -> list[str]:
+        """Lines of the table that is printed below the sentences, if there is one."""
+        return []
 
     def explain(self, language: str | None = None) -> str:
         """The sentence of the status, in `en` or `ar` or the current language."""
-        own: Any = self
-        return str(own.status.sentence(language))
+        status = _status(self)
+        details = {name: getattr(self, name) for name in placeholders(status.key, language)}
+        return str(status.sentence(language, **details))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: names of statuses in small letters, numbers, texts, lists, dictionaries; arrays as they are."""
+        pairs = (word.partition("=") for word in self._data)
+        shown = {name: plain(attrgetter(path or name)(self)) for name, _, path in pairs}
+        return {"status": plain(_status(self))} | shown
+
+
+def _status(answer: Any) -> Any:
+    return answer.status
+
+
+def plain(value: Any) -> Any:
+    """A value of an answer as plain data: enums by name, answers and records by their fields, arrays as they are."""
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if hasattr(value, "to_dict"):
+        return value.to_dict()
+    if isinstance(value, Mapping):
+        return {name: plain(each) for name, each in value.items()}
+    if hasattr(value, "_asdict"):
+        return plain(value._asdict())
+    if isinstance(value, tuple | list):
+        return [plain(each) for each in value]
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    of_objects = getattr(getattr(value, "dtype", None), "hasobject", False)
+    return plain(value.ravel().tolist()) if of_objects else value

@@ -17,7 +17,7 @@ def test_a_place_is_printed_and_drawn(capsys, tmp_path):
     words += ["--y", "-0.4", "0.4", "--stands-on", "table"]
     assert main([*words, "--picture", str(picture), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
-    assert data["status"] == "FOUND"
+    assert data["status"] == "found"
     assert len(data["configurations"]) == 6
     assert picture.stat().st_size > 5000
     assert main(words) == 0

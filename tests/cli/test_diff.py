@@ -61,7 +61,7 @@ def test_what_changed_is_said_with_both_numbers(runs, capsys):
     ]  # fmt: skip
     assert any("what decides" in each["sentence"]["en"] for each in found.new)
     assert main(["diff", str(runs / "slow"), str(runs / "quick"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["status"] == "DIFFERENT"
+    assert json.loads(capsys.readouterr().out)["status"] == "different"
     english, arabic = found.explain("en"), found.explain("ar")
     assert english != arabic
     assert f"({100 * cycle.share:+.3g} %)" in english

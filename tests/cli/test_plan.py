@@ -33,7 +33,7 @@ def test_a_way_round_a_wall_is_printed_and_written(capsys, tmp_path):
     code, out, _ = asked(capsys, *words, "--out", str(way), "--json")
     data = json.loads(out)
     assert code == 0
-    assert data["status"] == "FOUND"
+    assert data["status"] == "found"
     assert data["clearance"] > 0.02
     scene = scene_of(parse_scene(Path(SCENE).read_text("utf-8")))
     checker = mf.collision.Checker(with_shapes(mf.load("panda").mechanism), scene, clearance=0.02, self_collision=False)

@@ -7,6 +7,7 @@ import inspect
 import pkgutil
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from enum import Enum
 from functools import cache
 from typing import Any, cast
@@ -16,8 +17,9 @@ import pytest
 
 import mafsil as mf
 from mafsil import derivation, grasp, ik, mobility, performance
-from mafsil.answer import Answer
+from mafsil.answer import Answer, Status
 from mafsil.grasp.closure_methods import closure_by_all_methods
+from mafsil.messages import LANGUAGES
 from tests.public import public
 
 VALUES = {
@@ -176,6 +178,17 @@ def test_an_answer_has_the_one_shape(kind: str) -> None:
     assert all(lines)
     assert answer.explain(language="ar") != answer.explain(language="en")
     assert answer._repr_html_().count("<div") == len(answer.explain().split("\n"))
+
+
+@pytest.mark.parametrize("kind", ANSWERS)
+def test_an_answer_explains_every_status_that_it_could_have(kind: str) -> None:
+    answer = _answer(kind)
+    has = getattr(answer, "__dataclass_fields__", {})
+    if "status" not in has or "details" in has or not isinstance(answer.status, Status):
+        pytest.skip("its status follows from its numbers, or brings numbers of its own")
+    for status in type(answer.status):
+        for language in LANGUAGES:
+            assert replace(answer, status=status).explain(language)
 
 
 @pytest.mark.parametrize("kind", ANSWERS)

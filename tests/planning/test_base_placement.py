@@ -142,7 +142,7 @@ def test_pictures_and_plain_data(found, tmp_path):
     assert share.shape == score.shape == (len(x), len(y))
     assert share.max() == 1.0
     plain = found.to_dict()
-    assert plain["status"] == "FOUND"
+    assert plain["status"] == "found"
     assert plain["targets"] == ["none"] * 4
 
 

@@ -34,7 +34,7 @@ def test_a_recording_is_true_and_prints_a_row_for_each_joint(arm: mf.Robot) -> N
     assert fits_a_screen(repr(run))
     assert all(name in str(run) for name in arm.joint_names)
     assert run._repr_html_().startswith("<pre")
-    assert run.to_dict()["status"] == "COMPLETED"
+    assert run.to_dict()["status"] == "completed"
 
 
 def test_a_batch_is_iterated_run_by_run(arm: mf.Robot) -> None:

@@ -177,4 +177,4 @@ def test_nothing_to_mend_and_refusals():
     nowhere = diagnose_path(Robot(planar2r()), line((9, -0.5), (9, 0.5)), task="position")
     answer = suggest_path_fixes(nowhere, kinds=["detour", "branch", "tool"])
     assert not answer
-    assert answer.to_dict() == {"status": "NOT_MENDED", "remedies": []}
+    assert answer.to_dict() == {"status": "not_mended", "remedies": []}

@@ -87,7 +87,7 @@ def test_a_robots_own_limits_and_names():
     assert check(slower, robot)
     assert slower.duration == pytest.approx(diagnosis.remedies[0].factor * 0.1)
     data = diagnosis.to_dict()
-    assert data["status"] == "MENDABLE"
+    assert data["status"] == "mendable"
     assert data["remedies"][0]["duration"] == slower.duration
 
 

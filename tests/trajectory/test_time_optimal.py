@@ -234,7 +234,7 @@ def test_what_limits_is_said() -> None:
     assert ends[-1, 1] == pytest.approx(answer.duration)
     assert min(binding.share for binding in answer.bindings) > 0.9
     assert len(repr(answer).splitlines()) <= 25
-    assert answer.to_dict()["status"] == "TIMED"
+    assert answer.to_dict()["status"] == "timed"
 
 
 def test_what_a_greater_limit_would_save() -> None:

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.errors import InputError
 from mafsil.messages import direction, keys, say
 
@@ -69,7 +69,7 @@ class Fact:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Entry(SingleAnswer):
+class Entry(Answer):
     """A figure or a worked example of the book.
 
     Attributes:
@@ -140,7 +140,7 @@ class Entry(SingleAnswer):
     def to_dict(self) -> dict[str, Any]:
         """Number, title, caption, erratum and facts as plain data."""
         facts = {fact.name: {"value": fact.value, "printed": fact.printed, "unit": fact.unit} for fact in self.facts}
-        head = {"number": self.number, "status": self.status.name, "title": self.title, "caption": self.caption}
+        head = {"number": self.number, "status": self.status.name.lower(), "title": self.title, "caption": self.caption}
         return {**head, "erratum": self.erratum, "facts": facts}
 
     def _repr_html_(self) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Truth, as_batch, single
 from mafsil.collision.arm_in_scene import ArmInScene, not_negative
 from mafsil.collision.status import CheckStatus, Clearance, CollisionCheck, ContactPair, named
@@ -297,7 +297,7 @@ class PathStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PathCheck(SingleAnswer):
+class PathCheck(Answer, data="at q states contacts"):
     """A motion and what it meets; true if it is proved free, every moment of it.
 
     Attributes:
@@ -326,10 +326,7 @@ class PathCheck(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(), "at": self.at, "q": self.q.tolist(), "states": self.states,
-            "contacts": [each.to_dict() for each in self.contacts], "unchecked": named(self.unchecked),
-        }  # fmt: skip
+        return Answer.to_dict(self) | {"unchecked": named(self.unchecked)}
 
 
 def path_points(n: int, q_a: ArrayLike, q_b: ArrayLike | None) -> Floats:

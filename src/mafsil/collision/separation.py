@@ -31,7 +31,7 @@ class SeparationStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Separation(Answer):
+class Separation(Answer, data="names distance point_a point_b normal"):
     """Distance of two bodies, for one pose of each or a batch; true where all of them are apart.
 
     Attributes:
@@ -67,9 +67,6 @@ class Separation(Answer):
         for distance, a, b, n in zip(self.distance.reshape(-1), *rows, strict=True):
             yield Separation(self.names, np.array(distance), a, b, n)
 
-    def __repr__(self) -> str:
-        return self.explain()
-
     def explain(self, language: str | None = None) -> str:
         """A sentence for each pose: the distance or the depth, and where."""
         if self.distance.ndim:
@@ -78,13 +75,6 @@ class Separation(Answer):
             language, first=self.names[0], second=self.names[1],
             millimetres=1e3 * abs(float(self.distance)), place=place_of((self.point_a + self.point_b) / 2),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "names": list(self.names), "distance": self.distance.tolist(), "point_a": self.point_a.tolist(),
-            "point_b": self.point_b.tolist(), "normal": self.normal.tolist(),
-        }  # fmt: skip
 
 
 def place_of(point: Floats) -> str:

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.answer import Answer, SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, Scalar, Truth, Vector3
 from mafsil.collision.separation import place_of
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 
 
 class CheckStatus(Status):
@@ -72,7 +71,7 @@ class ContactPair:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CollisionCheck(SingleAnswer):
+class CollisionCheck(Answer, data="q clearance contacts"):
     """What an arm meets at a configuration; true if it is free.
 
     Attributes:
@@ -97,10 +96,7 @@ class CollisionCheck(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(), "q": self.q.tolist(), "clearance": self.clearance,
-            "contacts": [each.to_dict() for each in self.contacts], "unchecked": named(self.unchecked),
-        }  # fmt: skip
+        return Answer.to_dict(self) | {"unchecked": named(self.unchecked)}
 
 
 def named(unchecked: tuple[str, ...]) -> list[str]:
@@ -109,7 +105,7 @@ def named(unchecked: tuple[str, ...]) -> list[str]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Clearance(Answer):
+class Clearance(Answer, data="distance free point_first point_second normal gradient first second"):
     """Smallest distance of an arm at each of many configurations; true where all are free.
 
     Attributes:
@@ -157,19 +153,7 @@ class Clearance(Answer):
         for first, second, distance, a, b, n in zip(*names, self.distance.reshape(-1), *rows, strict=True):
             yield ContactPair(str(first), str(second), float(distance), a, b, n)
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """A sentence for each configuration."""
         alone = CheckStatus.ALONE.sentence(language)
         return "\n".join(alone if np.isinf(each.distance) else each.sentence(language) for each in self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "distance": self.distance.tolist(), "free": np.asarray(self.free).tolist(),
-            "point_first": self.point_first.tolist(), "point_second": self.point_second.tolist(),
-            "normal": self.normal.tolist(), "gradient": self.gradient.tolist(),
-            "first": np.asarray(self.first).tolist(), "second": np.asarray(self.second).tolist(),
-        }  # fmt: skip

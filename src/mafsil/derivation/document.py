@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias, TypeGuard
 
@@ -11,7 +11,6 @@ from mafsil.derivation.expression import Expression
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Polynomial
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +84,7 @@ class DerivationStatus(Status):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Derivation(Answer):
+class Derivation(Answer, entries="steps", data="robot states worst_error"):
     """What the functions `derive_...` hand back, iterable over its steps; `to_text`, `to_latex`, `to_html` write it.
 
     Attributes:
@@ -102,22 +101,10 @@ class Derivation(Answer):
     states: int
     checked: str = "derivation.checked"
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     @property
     def status(self) -> DerivationStatus:
         """Whether its lines were compared with the robot."""
         return DerivationStatus.CHECKED if self.states else DerivationStatus.TOO_LONG
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.steps)
-
-    def __iter__(self) -> Iterator[Step]:
-        return iter(self.steps)
 
     def explain(self, language: str | None = None) -> str:
         """The title, the number of steps, and how the lines were checked."""
@@ -136,8 +123,7 @@ class Derivation(Answer):
             }
             for step in self.steps
         ]
-        checked = {"states": self.states, "worst_error": self.worst_error}
-        return {"status": self.status.name.lower(), "robot": self.robot, **checked, "steps": steps}
+        return Answer.to_dict(self) | {"steps": steps}
 
     @property
     def worst_error(self) -> float:

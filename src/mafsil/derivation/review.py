@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -98,7 +97,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Review(Answer):
+class Review(Answer, entries="findings", data="correct proven findings others"):
     """The result of a check: true if nothing is wrong, iterable over the findings.
 
     Attributes:
@@ -118,12 +117,6 @@ class Review(Answer):
 
     def __bool__(self) -> bool:
         return self.correct
-
-    def __len__(self) -> int:
-        return len(self.findings)
-
-    def __iter__(self) -> Iterator[Finding]:
-        return iter(self.findings)
 
     def __repr__(self) -> str:
         return self.message()
@@ -152,12 +145,6 @@ class Review(Answer):
     def explain(self, language: str | None = None) -> str:
         """The same as `message`."""
         return self.message(language)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: correct, proven, and every finding with its place, values, mistake and sentence."""
-        findings, others = ([finding.to_dict() for finding in each] for each in (self.findings, self.others))
-        flags = {"status": self.status.name, "correct": self.correct, "proven": self.proven}
-        return {**flags, "findings": findings, "others": others}
 
 
 def shown(value: float) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,7 +54,7 @@ class RigidMotionStatus(Status):
 
 
 @dataclass(frozen=True)
-class RigidMotion(Answer):
+class RigidMotion(Answer, data="T residual stretch tolerance mirrored"):
     """Whether one rigid motion takes a set of points to another.
 
     Attributes:
@@ -84,22 +83,10 @@ class RigidMotion(Answer):
     def __bool__(self) -> bool:
         return self.residual <= self.tolerance
 
-    def __len__(self) -> int:
-        return 1
-
-    def __iter__(self) -> Iterator[RigidMotion]:
-        return iter((self,))
-
     def explain(self, language: str | None = None) -> str:
         """The verdict and what it rests on."""
         details = {"residual": self.residual, "stretch": self.stretch, "tolerance": self.tolerance}
         return self.status.sentence(language, **details)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: the status, the motion, what is left."""
-        T = None if self.T is None else self.T.tolist()
-        left = {"residual": self.residual, "stretch": self.stretch, "tolerance": self.tolerance}
-        return {"status": self.status.name.lower(), "T": T, **left, "mirrored": self.mirrored}
 
 
 def rigid_motion(before: ArrayLike, after: ArrayLike, tolerance: float | None = None) -> RigidMotion:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp.quality import hull_facets
@@ -24,7 +23,7 @@ class ClearanceStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ClearanceMotion(SingleAnswer):
+class ClearanceMotion(Answer, data="bounded range largest_norm"):
     """Small displacements that a clearance at every contact leaves: {y : A' y >= -clearance}; true if bounded.
 
     Attributes:
@@ -53,15 +52,6 @@ class ClearanceMotion(SingleAnswer):
         least, largest = (", ".join(f"{v:.4g}" for v in column) for column in self.range.T)
         clearance = ", ".join(f"{v:g}" for v in np.atleast_1d(self.clearance))
         return self.status.sentence(language, clearance=clearance, least=least, largest=largest)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "bounded": self.bounded,
-            "range": self.range,
-            "largest_norm": self.largest_norm,
-        }
 
 
 def motion_within_clearance(A: Floats, clearance: ArrayLike) -> ClearanceMotion:
@@ -127,7 +117,7 @@ class RestStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RestPosition(SingleAnswer):
+class RestPosition(Answer, data="displacement work touching pushes"):
     """Where a load pushes a body that has clearance; true if it comes to rest.
 
     Attributes:
@@ -156,16 +146,6 @@ class RestPosition(SingleAnswer):
         """Whether it comes to rest, by which contacts and after what work."""
         touching = ", ".join(map(str, self.touching)) or "-"
         return self.status.sentence(language, contacts=touching, work=self.work)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "displacement": self.displacement,
-            "work": self.work,
-            "touching": list(self.touching),
-            "pushes": self.pushes,
-        }
 
 
 def rest_position(A: Floats, wrench: ArrayLike, clearance: ArrayLike) -> RestPosition:

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.grasp import loops
@@ -70,7 +70,7 @@ ON_BOUNDARY = Margin(0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Closure(SingleAnswer):
+class Closure(Answer, data="verdict force_closure rank margin combination certificate weakest_direction"):
     """A verdict on force closure with its proof, true if every external wrench is resisted.
 
     The margin, many times dearer than the verdict, is found when it is looked at first.
@@ -148,17 +148,9 @@ class Closure(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "verdict": self.verdict,
-            "force_closure": self.force_closure,
-            "rank": self.rank,
-            "margin": self.margin,
+        return Answer.to_dict(self) | {
             "margin_upper": self.upper,
             "margin_converged": self.converged,
-            "combination": self.combination,
-            "certificate": self.certificate,
-            "weakest_direction": self.weakest_direction,
             "assumes": "rigid bodies",
             "exact": None if self.exact is None else self.exact.value,
         }

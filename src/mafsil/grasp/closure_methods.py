@@ -12,11 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.grasp.closure import conditioning
 from mafsil.grasp.contact import Contact
@@ -34,7 +33,7 @@ class MethodStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MethodResult(SingleAnswer):
+class MethodResult(Answer, data="value evidence"):
     """What one method says; true if the wrenches close.
 
     Attributes:
@@ -53,14 +52,6 @@ class MethodResult(SingleAnswer):
     def status(self) -> MethodStatus:
         """The verdict."""
         return MethodStatus.CLOSED if self.closed else MethodStatus.OPEN
-
-    def explain(self, language: str | None = None) -> str:
-        """The verdict and the number whose sign decides."""
-        return self.status.sentence(language, value=self.value)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name.lower(), "value": self.value, "evidence": self.evidence}
 
 
 def positive_span(A: Floats) -> MethodResult:

@@ -31,7 +31,7 @@ _MEMBERS: NDArray[np.object_] = np.array([ClosureStatus.OPEN, ClosureStatus.CLOS
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ClosureBatch(Answer):
+class ClosureBatch(Answer, data="force_closure forces torsions certificate"):
     """Verdicts on the force closure of many grasps with as many contacts each; true if all are closed.
 
     Attributes:
@@ -56,9 +56,6 @@ class ClosureBatch(Answer):
     def force_closure(self) -> NDArray[np.bool_]:
         """(*batch,) whether every external wrench is resisted; marginal grasps do not."""
         return np.asarray(self.status == ClosureStatus.CLOSED, dtype=np.bool_)
-
-    def __repr__(self) -> str:
-        return self.explain()
 
     def __bool__(self) -> bool:
         return bool(self.force_closure.all())
@@ -86,16 +83,8 @@ class ClosureBatch(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        statuses: list[ClosureStatus] = self.status.ravel().tolist()
-        return {
-            "status": [status.name.lower() for status in statuses],
-            "verdict": [status.verdict for status in statuses],
-            "force_closure": self.force_closure,
-            "forces": self.forces,
-            "torsions": self.torsions,
-            "certificate": self.certificate,
-            "assumes": "rigid bodies",
-        }
+        verdicts = [status.verdict for status in self.status.ravel().tolist()]
+        return Answer.to_dict(self) | {"verdict": verdicts, "assumes": "rigid bodies"}
 
 
 def contact_closures(

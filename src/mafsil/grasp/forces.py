@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, spread
 from mafsil.errors import InputError
 from mafsil.grasp.cone import furthest
@@ -36,7 +36,7 @@ class HoldStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactForces(SingleAnswer):
+class ContactForces(Answer, data="holds torques certificate"):
     """Forces that hold a load, or the proof that none do; true if it is held.
 
     Attributes:
@@ -86,13 +86,9 @@ class ContactForces(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "holds": self.holds,
+        return Answer.to_dict(self) | {
             "forces": self.forces if self.holds else None,
             "total_push": self.total_push if self.holds else None,
-            "torques": self.torques,
-            "certificate": self.certificate,
         }
 
 

@@ -10,7 +10,7 @@ gamma instead of the body's size. It shrinks as the line leaves the centre of ma
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,7 +62,11 @@ class PlanStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GraspPlan(Answer):
+class GraspPlan(
+    Answer,
+    entries="grasps",
+    data="tried closing length=body.size centre=body.centre open_edges=body.open_edges",
+):
     """The grasps that a search found, best first; true if there are any.
 
     Attributes:
@@ -79,18 +83,6 @@ class GraspPlan(Answer):
     body: GraspedBody
     status: PlanStatus
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.grasps)
-
-    def __iter__(self) -> Iterator[PlannedGrasp]:
-        return iter(self.grasps)
-
-    def __repr__(self) -> str:
-        return self.explain()
-
     def explain(self, language: str | None = None) -> str:
         """The finding in words."""
         best = self.grasps[0].epsilon if self.grasps else 0.0
@@ -101,18 +93,10 @@ class GraspPlan(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "tried": self.tried,
-            "closing": self.closing,
-            "length": self.body.size,
-            "centre": self.body.centre,
-            "open_edges": self.body.open_edges,
-            "grasps": [
-                {"epsilon": p.epsilon, "weight": p.weight, "opening": p.opening, **p.grasp.to_dict()}
-                for p in self.grasps
-            ],
-        }
+        grasps = [
+            {"epsilon": p.epsilon, "weight": p.weight, "opening": p.opening, **p.grasp.to_dict()} for p in self.grasps
+        ]
+        return Answer.to_dict(self) | {"grasps": grasps}
 
 
 def plan_grasps(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.grasp import loops
 from mafsil.grasp.support_minima import minimum
@@ -45,7 +45,7 @@ class QualityStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GraspQuality(SingleAnswer):
+class GraspQuality(Answer, data="epsilon upper converged weakest_direction"):
     """Ferrari and Canny's epsilon quality; true if it is proven to be positive.
 
     Attributes:
@@ -72,20 +72,6 @@ class GraspQuality(SingleAnswer):
         if self.epsilon > 0.0:
             return QualityStatus.CONVERGED if self.converged else QualityStatus.BOUNDED
         return QualityStatus.ZERO if self.converged else QualityStatus.UNKNOWN
-
-    def explain(self, language: str | None = None) -> str:
-        """Epsilon, or its bounds."""
-        return self.status.sentence(language, epsilon=self.epsilon, upper=self.upper)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "epsilon": self.epsilon,
-            "upper": self.upper,
-            "converged": self.converged,
-            "weakest_direction": self.weakest_direction,
-        }
 
 
 def agree(lower: float, upper: float) -> bool:

@@ -19,11 +19,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.grasp.closure import Closure, conditioning, vector
@@ -52,7 +52,7 @@ class ImmobilityStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SecondOrderClosure(SingleAnswer):
+class SecondOrderClosure(Answer, data="immobile pushes motion"):
     """Immobility to first or second order and its proof; true if the body is proven to be immobile.
 
     Attributes:
@@ -82,15 +82,6 @@ class SecondOrderClosure(SingleAnswer):
         if self.status is ImmobilityStatus.NOT_SHOWN and self.motion is not None:
             return say("grasp.second_order_free", language=language, twist=vector(self.motion))
         return self.status.sentence(language)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "immobile": self.immobile,
-            "pushes": self.pushes,
-            "motion": self.motion,
-        }
 
 
 class HasContacts(Protocol):

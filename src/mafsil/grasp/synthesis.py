@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp.closure import closure
@@ -38,7 +38,7 @@ class FixtureStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NextFinger(SingleAnswer):
+class NextFinger(Answer, data="epsilon closing"):
     """A finger that was added; true if some candidate closes the grasp.
 
     Attributes:
@@ -63,17 +63,11 @@ class NextFinger(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        contact = None if self.contact is None else contact_data(self.contact)
-        return {
-            "status": self.status.name.lower(),
-            "contact": contact,
-            "epsilon": self.epsilon,
-            "closing": self.closing,
-        }
+        return Answer.to_dict(self) | {"contact": None if self.contact is None else contact_data(self.contact)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fixture(SingleAnswer):
+class Fixture(Answer, data="determined holds reactions unloaded"):
     """Six locators and a clamp; true if they fix the body.
 
     Attributes:
@@ -98,16 +92,6 @@ class Fixture(SingleAnswer):
     def explain(self, language: str | None = None) -> str:
         """Whether it holds, and which locators are not loaded."""
         return self.status.sentence(language, locators=", ".join(map(str, self.unloaded)))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "determined": self.determined,
-            "holds": self.holds,
-            "reactions": self.reactions,
-            "unloaded": self.unloaded,
-        }
 
 
 def polygon_contacts(outline: ArrayLike, per_edge: int = 9, mu: float = 0.0) -> list[Contact]:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp.closure import Closure, closure
@@ -67,7 +67,7 @@ class ThreeFingerStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ThreeFingers(SingleAnswer):
+class ThreeFingers(Answer, data="force_closure certificate"):
     """Verdict of the theorem, true if the grasp is force closure.
 
     Attributes:
@@ -109,12 +109,7 @@ class ThreeFingers(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "force_closure": self.force_closure,
-            "half_angles": [section.half_angle for section in self.sections],
-            "certificate": self.certificate,
-        }
+        return Answer.to_dict(self) | {"half_angles": [section.half_angle for section in self.sections]}
 
 
 @dataclass(frozen=True, eq=False)

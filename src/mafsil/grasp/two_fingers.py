@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import atan2
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, frozen
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
@@ -35,7 +34,7 @@ class NguyenCase(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TwoFingers(SingleAnswer):
+class TwoFingers(Answer, data="force_closure theta combination certificate unresisted"):
     """Verdict of the theorem, true if the grasp is force closure.
 
     Attributes:
@@ -62,17 +61,6 @@ class TwoFingers(SingleAnswer):
     def force_closure(self) -> bool:
         """Whether the grasp is force closure."""
         return self.status.succeeded
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "force_closure": self.force_closure,
-            "theta": self.theta,
-            "combination": self.combination,
-            "certificate": self.certificate,
-            "unresisted": self.unresisted,
-        }
 
 
 def two_fingers(first: Contact, second: Contact) -> TwoFingers:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, not_negative, whole
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
@@ -27,7 +26,7 @@ class RobustnessStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Robustness(SingleAnswer):
+class Robustness(Answer, data="proven probability low high samples"):
     """How a grasp fares when its contacts are off: true if it closes with a margin.
 
     Attributes:
@@ -53,16 +52,6 @@ class Robustness(SingleAnswer):
         """The margin, and the share of the samples that close with its interval."""
         shares = {"share": 100 * self.probability, "low": 100 * self.low, "high": 100 * self.high}
         return self.status.sentence(language, margin=self.proven, samples=self.samples, **shares)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        interval = {"low": self.low, "high": self.high, "samples": self.samples}
-        return {
-            "status": self.status.name.lower(),
-            "proven": self.proven,
-            "probability": self.probability,
-            **interval,
-        }
 
 
 def robustness(

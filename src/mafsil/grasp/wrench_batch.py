@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +28,7 @@ _MEMBERS: NDArray[np.object_] = np.array([ClosureStatus.OPEN, ClosureStatus.CLOS
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WrenchClosureBatch(Answer):
+class WrenchClosureBatch(Answer, data="force_closure combination certificate"):
     """Verdicts on many sets of wrenches; true if all are closed.
 
     Attributes:
@@ -61,21 +60,9 @@ class WrenchClosureBatch(Answer):
         """One set's verdict with its margin."""
         return closure(self.wrenches[index])
 
-    def __repr__(self) -> str:
-        return self.explain()
-
     def explain(self, language: str | None = None) -> str:
         """How many sets are closed."""
         return say("grasp.batch", language=language, closed=int(self.force_closure.sum()), count=len(self))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": [status.name.lower() for status in self.status],
-            "force_closure": self.force_closure,
-            "combination": self.combination,
-            "certificate": self.certificate,
-        }
 
 
 def wrench_closures(A: ArrayLike) -> WrenchClosureBatch:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,15 +76,6 @@ class Payload(Answer):
     def __bool__(self) -> bool:
         return self.certain
 
-    def __len__(self) -> int:
-        return 1
-
-    def __iter__(self) -> Iterator[Self]:
-        return iter((self,))
-
-    def __repr__(self) -> str:
-        return self.explain()
-
     @property
     def status(self) -> PayloadStatus:
         """Whether there certainly is a load."""
@@ -128,7 +119,7 @@ class Payload(Answer):
         names.remove("mass_identifiable")
         return {
             "robot": self.robot.name,
-            "status": self.status.name,
+            "status": self.status.name.lower(),
             **{name: getattr(self, name) for name in names},
             "certain": self.certain,
             "before_percent": self.before,

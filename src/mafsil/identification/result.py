@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -109,15 +108,6 @@ class Identification(Answer):
     remarks: tuple[Remark, ...]
     faults: tuple[Remark, ...] = ()
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return 1
-
-    def __iter__(self) -> Iterator[Self]:
-        return iter((self,))
-
     def __repr__(self) -> str:
         shown = self.explain().split("\n")
         more = [] if len(shown) <= LONGEST else [say("messages.more_rows", count=len(shown) - LONGEST)]
@@ -185,7 +175,7 @@ class Identification(Answer):
         v = self.validation
         return {
             "robot": self.robot.name,
-            "status": self.status.name,
+            "status": self.status.name.lower(),
             "parameters": [
                 {
                     "label": p.label, "value": p.value, "standard_error": p.standard_error,

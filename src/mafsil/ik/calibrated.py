@@ -6,7 +6,6 @@ moved a little, except near folds, where two branches meet: there a pair may van
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +25,6 @@ from mafsil.ik.status import IKStatus
 from mafsil.ik.structure.analysis import analysis
 from mafsil.ik.tolerances import IDEAL_QUARTIC_REACHED, IDEAL_REACHED, NEARLY_REACHED, SHORTEST
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
@@ -35,7 +33,7 @@ LEAP = 0.3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Continuation(Answer):
+class Continuation(Answer, entries="answer"):
     """What became of the branches of the nearest ideal arm: the solutions of the arm itself, true if one is allowed.
 
     Attributes:
@@ -63,15 +61,6 @@ class Continuation(Answer):
 
     def __bool__(self) -> bool:
         return bool(self.answer)
-
-    def __len__(self) -> int:
-        return len(self.answer)
-
-    def __iter__(self) -> Iterator[JointVector]:
-        return iter(self.answer)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""

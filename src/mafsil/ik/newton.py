@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +25,7 @@ ResidualForm = Literal["twist", "euler"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NewtonRecord(Answer):
+class NewtonRecord(Answer, data="q iterates differences ranks", entries="iterates"):
     """How Newton's method went: true if it converged; its members are the iterates.
 
     Attributes:
@@ -46,25 +46,6 @@ class NewtonRecord(Answer):
 
     def __bool__(self) -> bool:
         return self.converged
-
-    def __len__(self) -> int:
-        return len(self.iterates)
-
-    def __iter__(self) -> Iterator[JointVector]:
-        return iter(self.iterates)
-
-    def __repr__(self) -> str:
-        return self.explain()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the answer."""
-        return {
-            "status": self.status.name.lower(),
-            "q": self.q,
-            "iterates": self.iterates,
-            "differences": self.differences,
-            "ranks": list(self.ranks),
-        }
 
     def explain(self, language: str | None = None) -> str:
         """The status in a sentence, with the number of steps, |T - T_sd| and the last order that was measured."""

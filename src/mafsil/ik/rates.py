@@ -15,7 +15,6 @@ from mafsil.errors import InputError
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.tolerances import MADE, RANK, SYMMETRIC
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 from mafsil.robot.degrees import remark_on_degrees
@@ -39,7 +38,7 @@ STATUSES = tuple(RateStatus)
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 
 
-class RatesAnswer(Answer):
+class RatesAnswer(Answer, data="qd residual rank"):
     """What answers for joint rates share: true where all twists are made.
 
     Attributes:
@@ -63,9 +62,6 @@ class RatesAnswer(Answer):
     def __iter__(self) -> Iterator[JointVector]:
         return iter(self.qd if self.codes.ndim else (self.qd,))
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     @property
     def status(self) -> Any:
         """The status, a member of `RateStatus`; of a batch an array (*batch,) of them."""
@@ -75,11 +71,6 @@ class RatesAnswer(Answer):
     def factor(self) -> Floats:
         """(*batch,) part of the twist that is sought."""
         return np.ones_like(self.residual)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the answer."""
-        names = np.array([status.name.lower() for status in STATUSES])[self.codes]
-        return {"status": names.tolist(), "qd": self.qd, "residual": self.residual, "rank": self.rank}
 
     def explain(self, language: str | None = None) -> str:
         """The status in a sentence; of a batch, how many twists are made, and the sentence of the worst."""

@@ -14,7 +14,6 @@ from mafsil.errors import InputWarning, UnknownNameError, warn
 from mafsil.ik.status import CODES, STATUSES, IKStatus
 from mafsil.ik.tolerances import MILLIMETRES, ON_LIMIT, REACHED
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 FIELDS = (
@@ -46,7 +45,7 @@ def rounded_up(x: float) -> float:
     return float(np.ceil(x * (1 + REACHED) / unit) * unit)
 
 
-class IKResult(Answer):
+class IKResult(Answer, data="solved q=nearest position_error rotation_error iterations attempts"):
     """What was found for each pose of a batch.
 
     A field is found when it is asked for first, so that a single answer costs no more than what is used of it.
@@ -106,9 +105,6 @@ class IKResult(Answer):
     def __reduce__(self) -> tuple[Any, ...]:
         return _restore, ({name: getattr(self, name) for name in FIELDS},)
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def with_joints(self, nearest: JointVector) -> IKResult:
         """The same answer with other joint vectors, such as those of the whole robot."""
         return IKResult(lambda name: getattr(self, name), nearest=nearest)
@@ -163,20 +159,6 @@ class IKResult(Answer):
     def status(self) -> Any:
         """The status of the pose, a member of `IKStatus`; of a batch an array (*batch,) of them."""
         return STATUSES[int(self.codes)] if not self.codes.ndim else _MEMBERS[self.codes]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the answer."""
-        statuses = np.atleast_1d(np.asarray(self.status, dtype=np.object_)).ravel()
-        names = [status.name.lower() for status in statuses]
-        return {
-            "status": names if self.codes.ndim else names[0],
-            "solved": self.solved,
-            "q": self.nearest,
-            "position_error": self.position_error,
-            "rotation_error": self.rotation_error,
-            "iterations": self.iterations,
-            "attempts": self.attempts,
-        }
 
     def explain(self, *index: int, language: str | None = None) -> str:
         """The status of one pose as a sentence with its numbers.

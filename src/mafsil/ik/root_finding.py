@@ -12,9 +12,9 @@ class of methods for solving nonlinear simultaneous equations, 1965; Levenberg, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,7 +44,7 @@ class RootStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RootRecord(Answer):
+class RootRecord(Answer, data="x iterates values ranks", entries="iterates"):
     """The record of an iteration: true if it converged; its members are the iterates.
 
     Attributes:
@@ -60,28 +60,6 @@ class RootRecord(Answer):
     iterates: Floats
     values: Floats
     ranks: tuple[int, ...]
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.iterates)
-
-    def __iter__(self) -> Iterator[Floats]:
-        return iter(self.iterates)
-
-    def __repr__(self) -> str:
-        return self.explain()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the answer."""
-        return {
-            "status": self.status.name.lower(),
-            "x": self.x,
-            "iterates": self.iterates,
-            "values": self.values,
-            "ranks": list(self.ranks),
-        }
 
     @property
     def iterations(self) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -22,7 +21,6 @@ from mafsil.ik.result import IKResult
 from mafsil.ik.tolerances import FROM_THE_POSE, NEARLY_SINGULAR, PULLED, REACHED, SELF_MOTION
 from mafsil.ik.winding import wound_near
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 from mafsil.robot.degrees import remark_on_degrees
@@ -106,7 +104,7 @@ class NearSingularity:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Track(Answer):
+class Track(Answer, data="reached times q residual conditioning", entries="q"):
     """Joint path along a path of poses; true when it was followed to its end on one branch.
 
     Attributes:
@@ -135,27 +133,9 @@ class Track(Answer):
     closed: bool
     drift: JointVector
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.q)
-
-    def __iter__(self) -> Iterator[JointVector]:
-        return iter(self.q)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
-        return {
-            "status": self.status.name.lower(),
-            "reached": self.reached,
-            "times": self.times,
-            "q": self.q,
-            "residual": self.residual,
-            "conditioning": self.conditioning,
+        return Answer.to_dict(self) | {
             "switches": [place.index for place in self.switches],
             "near_singularities": [place.index for place in self.near_singularities],
         }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +23,7 @@ from mafsil.job.plan import Plan
 from mafsil.job.plan_simulation import simulate_plan
 from mafsil.job.run import Run
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.robot import Robot
 from mafsil.simulation.recording import SimulationStatus
 
@@ -132,7 +132,7 @@ class LawResult:
         """Plain data."""
         own = self.numbers
         return {
-            "kind": self.kind, "status": self.status.name, "tip_error": _plain(own.tip_error),
+            "kind": self.kind, "status": self.status.name.lower(), "tip_error": _plain(own.tip_error),
             "energy": _plain(own.energy), "rms_effort": [_plain(x) for x in own.rms_effort.tolist()],
             "peak_effort": [_plain(x) for x in own.peak_effort.tolist()], "saturated": self.saturated,
             "contact": None if own.touching is None else own.touching.to_dict(),
@@ -144,7 +144,7 @@ class LawResult:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LawBench(Answer):
+class LawBench(Answer, entries="results", data="laws=results"):
     """All laws on one job; true if each did it, iterable over the results, the smallest error first.
 
     Attributes:
@@ -161,14 +161,8 @@ class LawBench(Answer):
     def __bool__(self) -> bool:
         return all(each.status.succeeded for each in self.results)
 
-    def __len__(self) -> int:
-        return len(self.results)
-
-    def __iter__(self) -> Iterator[LawResult]:
-        return iter(self.results)
-
-    def __repr__(self) -> str:
-        return "\n".join([on_screen(self.explain()), *table(*self.columns())])
+    def _table(self) -> list[str]:
+        return table(*self.columns())
 
     def columns(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Head and rows: errors under each condition, tip error, contact force, effort and its peak, energy, growth."""
@@ -194,10 +188,6 @@ class LawBench(Answer):
                 lines.append(f"  {each.cause.explain(language=language)}")
             lines += [f"  {one.explain(language=language)}" for one in each.conditions]
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"laws": [each.to_dict() for each in self.results]}
 
 
 def bench_laws(

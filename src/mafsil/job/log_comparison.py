@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, frozen
 from mafsil.csv_table import CsvTable, read_csv_table
 from mafsil.errors import InputError
@@ -51,7 +51,7 @@ class LogStatus(Status):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class LogComparison(SingleAnswer):
+class LogComparison(Answer, data="offset factors errors"):
     """True if every target of the job was reached within its tolerance by the log.
 
     Attributes:
@@ -76,8 +76,7 @@ class LogComparison(SingleAnswer):
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain data, the remarks in both languages."""
         said = [{"code": one.key, "en": one.sentence("en"), "ar": one.sentence("ar")} for one in self.remarks]
-        numbers = {"offset": self.offset, "factors": self.factors.tolist(), "errors": self.errors.tolist()}
-        return {"status": self.status.name, **numbers, "remarks": said}
+        return Answer.to_dict(self) | {"remarks": said}
 
 
 def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[str]) -> LogComparison:

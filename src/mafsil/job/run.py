@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +29,7 @@ MOST_SHOWN = 20
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class Run(Answer):
+class Run(Answer, entries="remarks"):
     """Everything that a report needs. True where the job was done without a failure; its items are its remarks.
 
     Attributes:
@@ -74,15 +73,6 @@ class Run(Answer):
             return JobStatus.STOPPED
         failed = any(remark.level == "failure" for remark in self.remarks)
         return JobStatus.FAILED if failed else JobStatus.DONE
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.remarks)
-
-    def __iter__(self) -> Iterator[Remark]:
-        return iter(self.remarks)
 
     def __repr__(self) -> str:
         lines = self.explain().split("\n")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -52,7 +52,7 @@ class Case:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(Answer):
+class Sweep(Answer, entries="cases"):
     """All cases; true if each can be done, iterable over them.
 
     Attributes:
@@ -63,12 +63,6 @@ class Sweep(Answer):
 
     def __bool__(self) -> bool:
         return all(case.refusal is None and (case.run is None or bool(case.run)) for case in self.cases)
-
-    def __len__(self) -> int:
-        return len(self.cases)
-
-    def __iter__(self) -> Iterator[Case]:
-        return iter(self.cases)
 
     @property
     def quickest(self) -> Case | None:

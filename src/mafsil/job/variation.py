@@ -14,7 +14,7 @@ from mafsil.arrays import Floats
 from mafsil.job.variation_table import VariationTable
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.simulation import MonteCarlo
 from mafsil.simulation.many_runs import wilson
 from mafsil.simulation.variation import drawn_name
@@ -78,9 +78,6 @@ class JobVariation(Answer):
         """Whether all did."""
         return VariationStatus.SOME_FAILED if self.failed.any() else VariationStatus.ALL_DONE
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return int(self.failed.sum())
 
@@ -126,9 +123,9 @@ class JobVariation(Answer):
             lines.append(say("simulation.influence", language=language, **words))
         return "\n".join(lines)
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         head = ("", *(f"{100.0 * share:g} %" for share in SHARES))
-        return "\n".join([on_screen(self.explain()), *table(head, self.rows())])
+        return table(head, self.rows())
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data: the counts, the quantiles, and every run."""

@@ -3,6 +3,7 @@ from mafsil.messages.catalogue import clauses as clauses
 from mafsil.messages.catalogue import direction as direction
 from mafsil.messages.catalogue import keys as keys
 from mafsil.messages.catalogue import language as language
+from mafsil.messages.catalogue import placeholders as placeholders
 from mafsil.messages.catalogue import say as say
 from mafsil.messages.catalogue import template as template
 from mafsil.messages.isolates import in_cell as in_cell

@@ -107,6 +107,11 @@ def template(key: str, code: str | None = None) -> str:
     return _area(code or language(), area)[name]
 
 
+def placeholders(key: str, code: str | None = None) -> list[str]:
+    """Names that the sentence `key` wants filled in, without what is asked of their values: `gains` of `{gains.kp}`."""
+    return [re.split(r"[.\[]", name)[0] for _, name, _, _ in Formatter().parse(template(key, code)) if name]
+
+
 def keys(code: str, area: str) -> frozenset[str]:
     """Names of all sentences of an area."""
     return frozenset(_area(code, area))

@@ -6,12 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import whole
 from mafsil.errors import InputError
 from mafsil.mobility.instantaneous import instantaneous
@@ -36,7 +35,7 @@ class ActuationStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Actuation(SingleAnswer):
+class Actuation(Answer, data="actuators mobility left output_left antagonistic"):
     """Driven joints against mobility at one configuration.
 
     Attributes:
@@ -79,13 +78,6 @@ class Actuation(SingleAnswer):
             language, actuators=self.actuators, mobility=self.mobility, left=self.left, output=self.output_left,
             antagonistic=self.antagonistic,
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "actuators": self.actuators, "mobility": self.mobility,
-            "left": self.left, "output_left": self.output_left, "antagonistic": self.antagonistic,
-        }  # fmt: skip
 
 
 @on_linkage

@@ -7,18 +7,17 @@ A linkage that is drawn apart, closed near where it is drawn; or how near it com
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from mafsil.answer import Answer, SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, require_kind, whole
 from mafsil.errors import InputError, ModelError
 from mafsil.geometry import pose, rotation
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.mobility.linkages.drawing import drawn_at
 from mafsil.mobility.linkages.joint_kind import Kind
 from mafsil.mobility.linkages.linkage import Linkage
@@ -44,7 +43,7 @@ class ExistenceStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Existence(SingleAnswer):
+class Existence(Answer, data="theta gap loop excess joint distance angle"):
     """Whether all loops can be closed at once; true if coordinates that do were found.
 
     Attributes:
@@ -71,13 +70,6 @@ class Existence(SingleAnswer):
             language, gap=self.gap, loop=", ".join(self.loop), excess=self.excess, joint=self.joint,
             distance=self.distance, angle=self.angle,
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "theta": self.theta, "gap": self.gap, "loop": list(self.loop),
-            "excess": self.excess, "joint": self.joint, "distance": self.distance, "angle": self.angle,
-        }  # fmt: skip
 
 
 @on_linkage
@@ -163,7 +155,7 @@ class AssemblyStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AssemblyModes(Answer):
+class AssemblyModes(Answer, data="theta hits starts least_gap", entries="theta"):
     """Ways of assembly that were found; true if there are any, iterable over their coordinates.
 
     Attributes:
@@ -186,32 +178,19 @@ class AssemblyModes(Answer):
     def __bool__(self) -> bool:
         return len(self.theta) > 0
 
-    def __len__(self) -> int:
-        return len(self.theta)
-
-    def __iter__(self) -> Iterator[Floats]:
-        return iter(self.theta)
-
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         head = (say("mobility.mode_head"), say("mobility.hits_head"), say("mobility.theta_head"))
         rows = [
             (str(k + 1), str(hits), " ".join(map(number, theta.tolist()))[:70])
             for k, (hits, theta) in enumerate(zip(self.hits, self.theta, strict=True))
         ]
-        return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
+        return table(head, rows) if rows else []
 
     def explain(self, language: str | None = None) -> str:
         """How many were found by how many starts, or how near the search came."""
         return self.status.sentence(
             language, count=len(self.theta), starts=self.starts, gap=self.least_gap, fewest=min(self.hits, default=0)
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "theta": self.theta, "hits": list(self.hits), "starts": self.starts,
-            "least_gap": self.least_gap,
-        }  # fmt: skip
 
 
 @on_linkage

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, whole
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.mobility.finite import all_are_real
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkages.linkage import Linkage
@@ -31,7 +30,7 @@ class CurvesStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ConfigurationCurves(Answer):
+class ConfigurationCurves(Answer, data="hits others curves", entries="curves"):
     """Curves of configurations, each with its branch points; true if there are any, iterable over them.
 
     Attributes:
@@ -52,13 +51,7 @@ class ConfigurationCurves(Answer):
     def __bool__(self) -> bool:
         return len(self.curves) > 0
 
-    def __len__(self) -> int:
-        return len(self.curves)
-
-    def __iter__(self) -> Iterator[Trace]:
-        return iter(self.curves)
-
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         head = (
             say("mobility.curve_head"),
             say("mobility.hits_head"),
@@ -69,7 +62,7 @@ class ConfigurationCurves(Answer):
             (str(k + 1), str(hits), number(curve.length), str(len(curve.branch_points)))
             for k, (hits, curve) in enumerate(zip(self.hits, self.curves, strict=True))
         ]
-        return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
+        return table(head, rows) if rows else []
 
     def explain(self, language: str | None = None) -> str:
         """How many curves, how many of them closed, how rare the rarest was."""
@@ -80,10 +73,7 @@ class ConfigurationCurves(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(), "count": len(self.curves), "hits": list(self.hits),
-            "others": self.others, "curves": [curve.to_dict() for curve in self.curves],
-        }  # fmt: skip
+        return Answer.to_dict(self) | {"count": len(self.curves)}
 
 
 @on_linkage

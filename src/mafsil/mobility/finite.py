@@ -12,12 +12,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -64,7 +63,7 @@ class FiniteStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FiniteMobility(SingleAnswer):
+class FiniteMobility(Answer, data="mobility instantaneous proven branches dimensions at_most order"):
     """Dimension of the set of configurations through one of them; true if it is known to move.
 
     Attributes:
@@ -107,14 +106,6 @@ class FiniteMobility(SingleAnswer):
         )  # fmt: skip
         opens = self.status in (FiniteStatus.SHAKY, FiniteStatus.NOT_FOUND) and bool(np.isfinite(self.order))
         return found + say("mobility.opens", language=language, order=self.order) if opens else found
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "mobility": self.mobility, "instantaneous": self.instantaneous,
-            "proven": self.proven, "branches": self.branches, "dimensions": list(self.dimensions),
-            "at_most": self.at_most, "order": self.order,
-        }  # fmt: skip
 
 
 @on_linkage

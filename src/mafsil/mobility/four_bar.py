@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +18,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, as_batch, positive, single
 from mafsil.errors import InputError, InputWarning, warn
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.mobility.four_bar_rates import directions, per_crank
 from mafsil.mobility.linkages.joint_kind import Kind
 from mafsil.mobility.linkages.linkage import Linkage
@@ -66,7 +65,7 @@ class PositionStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FourBarPositions(Answer):
+class FourBarPositions(Answer, data="theta C turns residual missing beyond free"):
     """Both assembly modes at angles of the crank; true if some input can be reached, iterable over the modes.
 
     Attributes:
@@ -105,16 +104,13 @@ class FourBarPositions(Answer):
             return PositionStatus.SOME
         return PositionStatus.NONE if self.beyond.any() else PositionStatus.NEVER
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return 2
 
     def __iter__(self) -> Iterator[Floats]:
         return iter((self.theta[..., 0, :], self.theta[..., 1, :]))
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         head = (say("mobility.mode_head"), *(f"theta_{k + 1} [rad]" for k in range(4)), "C_x [m]", "C_y [m]")
         flat, places = self.theta.reshape(-1, 2, 4), self.C.reshape(-1, 2, 2)
         rows = [
@@ -122,7 +118,7 @@ class FourBarPositions(Answer):
             for k in range(len(flat))
             for mode in range(2)
         ]
-        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+        return table(head, rows)
 
     def explain(self, language: str | None = None) -> str:
         """How many inputs close, and how exactly."""
@@ -130,13 +126,6 @@ class FourBarPositions(Answer):
             language, reached=int(self.reachable.sum()), count=self.reachable.size, residual=self.residual,
             missing=least_positive(self.missing), beyond=least_positive(self.beyond), free=int(self.free.sum()),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "theta": self.theta, "C": self.C, "turns": self.turns,
-            "residual": self.residual, "missing": self.missing, "beyond": self.beyond, "free": self.free,
-        }  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import whole
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -28,7 +28,7 @@ class CountStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GrueblerCount(SingleAnswer):
+class GrueblerCount(Answer, data="rule m links joints freedoms constraints loops couplings mobility"):
     """Gruebler's count dof = m (N - 1 - J) + sum f; true if it is positive.
 
     Attributes:
@@ -98,12 +98,9 @@ class GrueblerCount(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data with every term."""
-        return {
-            "status": self.status.name.lower(), "rule": self.rule, "m": self.m, "links": self.links,
-            "joints": self.joints, "freedoms": list(self.freedoms), "constraints": list(self.constraints),
-            "loops": self.loops, "couplings": self.couplings, "mobility": self.mobility,
+        return Answer.to_dict(self) | {
             "warnings": [say(f"mobility.{key}", m=self.group_dimension) for key in self.warnings],
-        }  # fmt: skip
+        }
 
 
 def count(links: int, freedoms: Sequence[int], rule: str = "spatial") -> GrueblerCount:

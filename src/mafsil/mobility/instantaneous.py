@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
@@ -58,7 +58,10 @@ class IdleFreedom:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class InstantaneousMobility(SingleAnswer):
+class InstantaneousMobility(
+    Answer,
+    data="mobility rank rows redundant output_mobility output_rotations kept dropped rates idle",
+):
     """Mobility by rank at one configuration; true if something can move.
 
     Attributes:
@@ -124,15 +127,6 @@ class InstantaneousMobility(SingleAnswer):
         if self.redundant:
             lines.append(say("mobility.redundant", language=language, count=self.redundant, rows=self.rows))
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "mobility": self.mobility, "rank": self.rank, "rows": self.rows,
-            "redundant": self.redundant, "output_mobility": self.output_mobility,
-            "output_rotations": self.output_rotations, "kept": self.kept, "dropped": self.dropped, "rates": self.rates,
-            "idle": [{"joints": list(one.joints), "count": one.count} for one in self.idle],
-        }  # fmt: skip
 
 
 @on_linkage

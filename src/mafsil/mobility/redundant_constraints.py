@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,6 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 from mafsil.mobility.instantaneous import null_space
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import loop_state, reduced_screws
@@ -55,7 +53,7 @@ class LoopCause:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RedundantConstraints(Answer):
+class RedundantConstraints(Answer, data="count special loaded stresses", entries="causes"):
     """Redundant constraints at a configuration; true if there are some, iterable over the loops that cause them.
 
     Attributes:
@@ -82,15 +80,6 @@ class RedundantConstraints(Answer):
     def __bool__(self) -> bool:
         return self.count > 0
 
-    def __len__(self) -> int:
-        return len(self.causes)
-
-    def __iter__(self) -> Iterator[LoopCause]:
-        return iter(self.causes)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """Number, causes, and which joints may be clamped."""
         lines = [self.status.sentence(language, count=self.count)]
@@ -103,14 +92,12 @@ class RedundantConstraints(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(), "count": self.count, "special": self.special,
+        return Answer.to_dict(self) | {
             "causes": [
                 {"joints": list(c.joints), "group": c.group.kind.name.lower(), "dimension": c.group.dimension}
                 for c in self.causes
-            ],
-            "loaded": list(self.loaded), "stresses": self.stresses,
-        }  # fmt: skip
+            ]
+        }
 
 
 def loop_groups(linkage: Linkage, screws: Floats) -> tuple[tuple[tuple[str, ...], MotionGroup], ...]:

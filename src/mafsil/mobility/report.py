@@ -13,12 +13,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, not_negative
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -61,7 +60,11 @@ class MobilityStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Mobility(SingleAnswer):
+class Mobility(
+    Answer,
+    data="mobility structure count instantaneous finite generic redundancy actuation nearly play "
+    "name=linkage.name exactness dead_points",
+):
     """The mobility of a linkage at a configuration; true if it moves.
 
     Attributes:
@@ -186,18 +189,6 @@ class Mobility(SingleAnswer):
         if self.actuation.status is not ActuationStatus.NONE:
             lines.append(self.actuation.explain(language))
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data of all parts."""
-        return {
-            "status": self.status.name.lower(), "name": self.linkage.name, "mobility": self.mobility,
-            "structure": self.structure.to_dict(), "count": self.count.to_dict(),
-            "instantaneous": self.instantaneous.to_dict(), "finite": self.finite.to_dict(), "generic": self.generic,
-            "redundancy": self.redundancy.to_dict(), "actuation": self.actuation.to_dict(),
-            "nearly": self.nearly, "play": self.play,
-            "exactness": [{"joints": list(each.joints), "length": each.length} for each in self.exactness],
-            "dead_points": [{"joints": list(one.joints), "count": one.count} for one in self.dead_points],
-        }  # fmt: skip
 
 
 def mobility(

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, number, positive
-from mafsil.messages.tables import on_screen
 from mafsil.mobility.four_bar import least_positive, require_reached
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.linkage_joint import joint
@@ -29,7 +27,7 @@ class SliderStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SliderCrankPositions(Answer):
+class SliderCrankPositions(Answer, data="theta x rod_angles missing beyond"):
     """Both assembly modes at angles of the crank; true if some input can be reached, iterable over the modes.
 
     Attributes:
@@ -63,17 +61,11 @@ class SliderCrankPositions(Answer):
             return SliderStatus.SOME
         return SliderStatus.NONE if self.beyond.any() else SliderStatus.NEVER
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return 2
 
     def __iter__(self) -> Iterator[Floats]:
         return iter((self.x[..., 0], self.x[..., 1]))
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     def explain(self, language: str | None = None) -> str:
         """How many inputs are reached, and what the others lack."""
@@ -81,13 +73,6 @@ class SliderCrankPositions(Answer):
             language, reached=int(self.reachable.sum()), count=self.reachable.size,
             missing=least_positive(self.missing), beyond=least_positive(self.beyond),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "theta": self.theta, "x": self.x, "rod_angles": self.rod_angles,
-            "missing": self.missing, "beyond": self.beyond,
-        }  # fmt: skip
 
 
 @dataclass(frozen=True)

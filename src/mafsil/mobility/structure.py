@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.on_linkage import on_linkage
 
@@ -23,7 +22,7 @@ class StructureStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Structure(SingleAnswer):
+class Structure(Answer, data="links joints loops degrees"):
     """Links, joints and loops of a linkage.
 
     Attributes:
@@ -39,17 +38,6 @@ class Structure(SingleAnswer):
     loops: int
     degrees: tuple[int, ...]
     status: StructureStatus
-
-    def explain(self, language: str | None = None) -> str:
-        """The kind with its numbers."""
-        return self.status.sentence(language, links=self.links, joints=self.joints, loops=self.loops)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "links": self.links, "joints": self.joints, "loops": self.loops,
-            "degrees": list(self.degrees),
-        }  # fmt: skip
 
 
 @on_linkage

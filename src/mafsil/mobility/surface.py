@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, positive, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -57,7 +57,11 @@ class SurfaceStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ConfigurationSurface(SingleAnswer):
+class ConfigurationSurface(
+    Answer,
+    data="euler_characteristic genus area theta triangles branch_points singular_points openings left_out "
+    "coordinates=linkage.coordinate_names",
+):
     """A surface of configurations; true if it was followed everywhere or as far as was allowed.
 
     Attributes:
@@ -121,7 +125,7 @@ class ConfigurationSurface(SingleAnswer):
         found = self.status.sentence(
             language, points=len(self.theta), triangles=len(self.triangles), area=self.area,
             euler=self.euler_characteristic, genus=self.genus, branches=len(self.branch_points),
-            singular=len(self.singular_points), openings=self.openings,
+            singular=len(self.singular_points), openings=self.openings, stuck=len(self.charts.stuck),
         )  # fmt: skip
         lines = [found]
         if self.left_out:
@@ -129,15 +133,6 @@ class ConfigurationSurface(SingleAnswer):
         if free := [self.linkage.joints[k].child for k, _, _ in self.linkage.by_points]:
             lines.append(say("mobility.surface_points", language=language, bodies=", ".join(free)))
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "euler_characteristic": self.euler_characteristic, "genus": self.genus,
-            "area": self.area, "theta": self.theta, "triangles": self.triangles, "branch_points": self.branch_points,
-            "singular_points": self.singular_points, "openings": self.openings,
-            "coordinates": list(self.linkage.coordinate_names), "left_out": list(self.left_out),
-        }  # fmt: skip
 
 
 @on_linkage

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import positive, whole
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.finite import all_are_real
 from mafsil.mobility.instantaneous import instantaneous
@@ -29,7 +28,7 @@ class SurfacesStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ConfigurationSurfaces(Answer):
+class ConfigurationSurfaces(Answer, data="hits others surfaces", entries="surfaces"):
     """Surfaces of configurations; true if there are any, iterable over them.
 
     Attributes:
@@ -50,13 +49,7 @@ class ConfigurationSurfaces(Answer):
     def __bool__(self) -> bool:
         return len(self.surfaces) > 0
 
-    def __len__(self) -> int:
-        return len(self.surfaces)
-
-    def __iter__(self) -> Iterator[ConfigurationSurface]:
-        return iter(self.surfaces)
-
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         names = ("surface_head", "hits_head", "area_head", "euler_head", "branches_head", "singular_head")
         rows = [
             (
@@ -67,7 +60,7 @@ class ConfigurationSurfaces(Answer):
             for k, (hits, one) in enumerate(zip(self.hits, self.surfaces, strict=True))
         ]  # fmt: skip
         head = tuple(say(f"mobility.{name}") for name in names)
-        return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
+        return table(head, rows) if rows else []
 
     def explain(self, language: str | None = None) -> str:
         """How many surfaces, how many of them closed, how rare the rarest was."""
@@ -78,10 +71,7 @@ class ConfigurationSurfaces(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(), "count": len(self.surfaces), "hits": list(self.hits),
-            "others": self.others, "surfaces": [one.to_dict() for one in self.surfaces],
-        }  # fmt: skip
+        return Answer.to_dict(self) | {"count": len(self.surfaces)}
 
 
 @on_linkage

@@ -6,12 +6,11 @@ Prediction along the tangent, correction back to closed loops by Newton's method
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, whole
 from mafsil.errors import InputError
 from mafsil.mobility.finite import require_motions
@@ -40,7 +39,7 @@ class TraceStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trace(SingleAnswer):
+class Trace(Answer, data="length theta branch_points"):
     """A curve of configurations; true if it was followed to its end or as far as was allowed.
 
     Attributes:
@@ -82,13 +81,6 @@ class Trace(SingleAnswer):
         return self.status.sentence(
             language, points=len(self.theta), length=self.length, branches=len(self.branch_points)
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "length": self.length, "theta": self.theta,
-            "branch_points": self.branch_points,
-        }  # fmt: skip
 
 
 @on_linkage

@@ -7,9 +7,8 @@ parameters.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -73,7 +72,7 @@ class LinkStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class LinkFit(Answer):
+class LinkFit(Answer, data="row rotation_y translation_y missing"):
     """The nearest link transform to a pose, and what is left: T = row.transform(convention) missing.
 
     For the classic convention the rest stands in front: T = missing row.transform(classic).
@@ -91,29 +90,9 @@ class LinkFit(Answer):
     translation_y: float
     missing: PoseMatrix
 
-    def __bool__(self) -> bool:
-        """Whether four parameters give the pose."""
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return 1
-
-    def __iter__(self) -> Iterator[LinkFit]:
-        return iter((self,))
-
     def explain(self, language: str | None = None) -> str:
         """The reason as a sentence."""
         return self.status.sentence(language, rotation=self.rotation_y, translation=self.translation_y)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: the status, the row, what is left."""
-        return {
-            "status": self.status.name.lower(),
-            "row": asdict(self.row),
-            "rotation_y": self.rotation_y,
-            "translation_y": self.translation_y,
-            "missing": self.missing.tolist(),
-        }
 
 
 def link_fit(T: ArrayLike, convention: Convention | str = "modified", tolerance: float = WRITTEN) -> LinkFit:

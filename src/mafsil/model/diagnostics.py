@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
 
 from mafsil.answer import Answer, Status
 from mafsil.errors import FileError, MafsilError
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 from mafsil.model.mechanism import Mechanism
 
 MOST_DIAGNOSTICS = 1000
@@ -163,7 +161,7 @@ class ReadingStatus(Status):
 
 
 @dataclass(frozen=True, repr=False)
-class Report(Answer):
+class Report(Answer, entries="diagnostics", data="source diagnostics"):
     """All that was found in one robot file.
 
     Attributes:
@@ -204,28 +202,11 @@ class Report(Answer):
     def __bool__(self) -> bool:
         return self.ok
 
-    def __len__(self) -> int:
-        return len(self.diagnostics)
-
-    def __iter__(self) -> Iterator[Diagnostic]:
-        return iter(self.diagnostics)
-
     def explain(self, language: str | None = None) -> str:
         """The verdict with the counts of errors and warnings, then one line per diagnostic."""
         counts = {"errors": len(self.errors), "warnings": len(self.warnings)}
         verdict = self.status.sentence(language, source=self.source, **counts)
         return "\n".join([verdict, *self.lines(language)])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: the status, and every diagnostic."""
-        return {
-            "source": self.source,
-            "status": self.status.name.lower(),
-            "diagnostics": [each.to_dict() for each in self],
-        }
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     def __format__(self, language: str) -> str:
         """The first errors as one text, in the language named by the format (`{report:ar}`)."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.one_joint.arguments import finite, magnitude, row
 from mafsil.one_joint.polynomial import Complexes, coefficients_of, roots
 from mafsil.one_joint.routh import routh_hurwitz
@@ -30,7 +29,7 @@ class LocusStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RootLocus(Answer):
+class RootLocus(Answer, data="gains roots stable meeting_gains meetings crossing_gains crossings"):
     """Roots over a gain; true if some gain asked is stable, iterable over the branches.
 
     Attributes:
@@ -57,16 +56,13 @@ class RootLocus(Answer):
             return LocusStatus.ALWAYS
         return LocusStatus.SOMETIMES if self.stable.any() else LocusStatus.NEVER
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return self.roots.shape[1]
 
     def __iter__(self) -> Iterator[Complexes]:
         return iter(self.roots.T)
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         cells = [
             ("meeting", *map(number, (gain, s.real, s.imag)))
             for gain, s in zip(self.meeting_gains.tolist(), self.meetings.tolist(), strict=True)
@@ -75,7 +71,7 @@ class RootLocus(Answer):
             ("crossing", *map(number, (gain, 0.0, w)))
             for gain, w in zip(self.crossing_gains.tolist(), self.crossings.tolist(), strict=True)
         ]
-        return "\n".join([on_screen(self.explain()), *table(("", "K", "Re s [1/s]", "Im s [1/s]"), cells)])
+        return table(("", "K", "Re s [1/s]", "Im s [1/s]"), cells)
 
     def explain(self, language: str | None = None) -> str:
         """For which of the gains asked the loop is stable."""
@@ -87,11 +83,6 @@ class RootLocus(Answer):
             low=float(good.min()) if len(good) else np.nan,
             high=float(good.max()) if len(good) else np.nan,
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        names = ("gains", "roots", "stable", "meeting_gains", "meetings", "crossing_gains", "crossings")
-        return {"status": self.status.name.lower()} | {name: getattr(self, name) for name in names}
 
 
 def root_locus(denominator: ArrayLike, numerator: ArrayLike, gains: ArrayLike) -> RootLocus:

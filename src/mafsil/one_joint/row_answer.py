@@ -50,13 +50,13 @@ class RowAnswer(Answer):
             own: Any = self
             yield replace(own, **{name: value[index] for name, value in arrays.items()})
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         if not self.verdict.ndim:
             return on_screen(self.explain())
         columns = {name: value.ravel().tolist() for name, value in self._columns().items()}
         names = [self.statuses[k].name.lower() for k in self.verdict.ravel().tolist()]
         rows = [(f"{k} {name}", *(number(column[k]) for column in columns.values())) for k, name in enumerate(names)]
-        return "\n".join([on_screen(self.explain()), *table(("", *columns), rows)])
+        return table(("", *columns), rows)
 
     def explain(self, language: str | None = None) -> str:
         """The sentence; of a batch one for each status that occurs, with the number of its rows."""

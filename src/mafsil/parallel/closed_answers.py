@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers, JointVector
-from mafsil.messages.tables import on_screen
 from mafsil.messages.visible import visible
 from mafsil.parallel.tolerances import RANK
 
@@ -23,7 +21,7 @@ class ClosingStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ClosedConfigurations(Answer):
+class ClosedConfigurations(Answer, data="q error steps widest distance angle"):
     """Configurations near given ones; true if all close their loops, iterable over the rows.
 
     Attributes:
@@ -65,22 +63,12 @@ class ClosedConfigurations(Answer):
     def __iter__(self) -> Iterator[JointVector]:
         return iter(self.q.reshape(-1, self.q.shape[-1]))
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """How many are closed, and the largest gap."""
         return self.status.sentence(
             language, found=int(self.found.sum()), count=len(self), error=float(self.error.max(initial=0.0)),
             steps=int(self.steps.max(initial=0)), widest=visible(self.widest), distance=self.distance, angle=self.angle,
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "q": self.q, "error": self.error, "steps": self.steps,
-            "widest": self.widest, "distance": self.distance, "angle": self.angle,
-        }  # fmt: skip
 
 
 class ClosedMotionStatus(Status):
@@ -90,7 +78,7 @@ class ClosedMotionStatus(Status):
     SINGULAR_MASS = ("parallel.closed_singular_mass", False)
 
 
-class ClosedAccelerations(Answer, tuple[JointVector, Floats]):
+class ClosedAccelerations(Answer, tuple[JointVector, Floats], data="qdd force rank error"):
     """Accelerations under efforts and forces of the loops; true if known in every row, iterable over the rows.
 
     Attributes:
@@ -156,22 +144,12 @@ class ClosedAccelerations(Answer, tuple[JointVector, Floats]):
     def __iter__(self) -> Iterator[JointVector]:
         return iter(self.qdd.reshape(-1, self.qdd.shape[-1]))
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """The rank of the loops, and how far they gape."""
         return self.status.sentence(
             language, rank=int(self.rank.min(initial=self.rows)), rows=self.rows,
             redundant=int(self.rows - self.rank.max(initial=0)), error=float(np.max(self.error, initial=0.0)),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "qdd": self.qdd, "force": self.force, "rank": self.rank,
-            "error": self.error,
-        }  # fmt: skip
 
 
 class EffortStatus(Status):
@@ -187,7 +165,7 @@ ATTAINED = 1e-7
 """Share of the needed efforts that may be missing, and acceleration by which loops may break."""
 
 
-class ActuatorEfforts(Answer):
+class ActuatorEfforts(Answer, data="tau force missing broken"):
     """Efforts of the driven joints for a motion; true if they make it in every row, iterable over the rows.
 
     Attributes:
@@ -254,19 +232,9 @@ class ActuatorEfforts(Answer):
     def __iter__(self) -> Iterator[Floats]:
         return iter(self.tau.reshape(-1, self.tau.shape[-1]))
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """Whether they are unique, and what is missing."""
         return self.status.sentence(
             language, missing=float(np.max(self.missing, initial=0.0)), broken=float(np.max(self.broken, initial=0.0)),
             preload=int(self.redundancy.max(initial=0)), actuators=self.tau.shape[-1],
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "tau": self.tau, "force": self.force, "missing": self.missing,
-            "broken": self.broken,
-        }  # fmt: skip

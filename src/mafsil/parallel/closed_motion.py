@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Integers, JointVector, as_batch, positive
 from mafsil.errors import InputError, ModelError
 from mafsil.parallel.closed_chain import ClosedChain
@@ -37,7 +37,7 @@ class ClosedRunStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ClosedMotion(SingleAnswer):
+class ClosedMotion(Answer, data="t q qd energy error rank"):
     """A run; true if it came to its end with closed loops.
 
     Attributes:
@@ -64,13 +64,6 @@ class ClosedMotion(SingleAnswer):
             language, time=float(self.t[-1]), error=float(self.error.max()), drift=float(drift),
             least=int(self.rank.min()), most=int(self.rank.max()),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name, "t": self.t, "q": self.q, "qd": self.qd, "energy": self.energy,
-            "error": self.error, "rank": self.rank,
-        }  # fmt: skip
 
 
 def simulate_closed(

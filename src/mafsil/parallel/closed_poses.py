@@ -14,9 +14,8 @@ The answer of inverse kinematics of a mechanism with loops.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +26,6 @@ from mafsil.errors import InputError
 from mafsil.geometry import Pose, pose
 from mafsil.ik import inverse_kinematics
 from mafsil.messages.quantities import quantity
-from mafsil.messages.tables import on_screen
 from mafsil.model import JointKind
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.loading import RobotLike
@@ -284,7 +282,7 @@ class ClosedPoseStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ClosedPoses(Answer):
+class ClosedPoses(Answer, data="q within freedom starts nearest position_error rotation_error gap", entries="q"):
     """Configurations that close all loops with the tip at a pose; true if one is within the limits, iterable.
 
     Attributes:
@@ -316,29 +314,9 @@ class ClosedPoses(Answer):
             return ClosedPoseStatus.OUTSIDE
         return ClosedPoseStatus.FAMILY if self.freedom else ClosedPoseStatus.FOUND
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.q)
-
-    def __iter__(self) -> Iterator[JointVector]:
-        return iter(self.q)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """How many were found and how, or how near the nearest comes."""
         return self.status.sentence(
             language, count=len(self), within=int(self.within.sum()), freedom=self.freedom, starts=self.starts,
             position=quantity(self.position_error, "m"), angle=quantity(self.rotation_error, "rad"), gap=self.gap,
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "q": self.q, "within": self.within, "freedom": self.freedom,
-            "starts": self.starts, "nearest": self.nearest, "position_error": self.position_error,
-            "rotation_error": self.rotation_error, "gap": self.gap,
-        }  # fmt: skip

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, real_array
 from mafsil.errors import InputError
 from mafsil.parallel.tolerances import RANK
@@ -33,7 +33,7 @@ class DrivenStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DrivenRates(SingleAnswer):
+class DrivenRates(Answer, data="driven rank rank_passive passive_map admissible forbidden free"):
     """Rates of the passive joints of one configuration for chosen driven ones; true if these decide them.
 
     Attributes:
@@ -87,14 +87,6 @@ class DrivenRates(SingleAnswer):
             language, rank=self.rank_passive, wanted=len(self.passive), free=self.free.shape[1],
             forbidden=self.forbidden.T.round(6).tolist(), least=float(self.singular_values.min(initial=np.inf)),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "driven": list(self.driven), "rank": self.rank,
-            "rank_passive": self.rank_passive, "passive_map": self.passive_map, "admissible": self.admissible,
-            "forbidden": self.forbidden, "free": self.free,
-        }  # fmt: skip
 
 
 def numerical_rank(M: Floats) -> int:

@@ -13,11 +13,10 @@ Reference: Park and Kim 1999; Lynch & Park, Modern Robotics, sec. 7.3.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import comb
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +24,6 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Integers, real_array
 from mafsil.errors import InputError
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.closure import DrivenRates, driven_rates, kernel, numerical_rank, second_form
 from mafsil.parallel.tolerances import DEFINITE, FEASIBLE, OPEN, RANK
 
@@ -49,7 +47,11 @@ class LoopSingularity(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoopSingularities(Answer):
+class LoopSingularities(
+    Answer,
+    entries="findings",
+    data="findings rank full_rank second_order blocked driven=driven.driven",
+):
     """What is singular about one configuration; true if nothing is, iterable over the findings.
 
     Attributes:
@@ -85,18 +87,6 @@ class LoopSingularities(Answer):
         limit = DEFINITE * max(float(np.abs(values).max(initial=0.0)), 1e-300)
         return int((values > limit).sum()), int((values < -limit).sum()), int((np.abs(values) <= limit).sum())
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.findings)
-
-    def __iter__(self) -> Iterator[LoopSingularity]:
-        return iter(self.findings)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """One sentence for each finding, with the numbers behind it."""
         plus, minus, zero = self.signature
@@ -107,14 +97,6 @@ class LoopSingularities(Answer):
             "zero": zero, "least": float(s.min(initial=np.inf)), "blocked": self.blocked.T.round(6).tolist(),
         }  # fmt: skip
         return "\n".join(each.sentence(language, **details) for each in self.findings)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "findings": [each.name.lower() for each in self.findings],
-            "rank": self.rank, "full_rank": self.full_rank, "driven": list(self.driven.driven),
-            "second_order": self.second_order, "blocked": self.blocked,
-        }  # fmt: skip
 
 
 Closure = Callable[[Floats], tuple[Floats, Floats]]

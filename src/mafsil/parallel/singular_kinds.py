@@ -11,13 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Integers
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers.decompositions import singular_values
 
@@ -35,7 +33,7 @@ KINDS = (SingularKind.REGULAR, SingularKind.FIRST, SingularKind.SECOND, Singular
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SingularKinds(Answer):
+class SingularKinds(Answer, data="kinds of_A of_B"):
     """Kinds of singularity of a batch of configurations; true if all are regular, iterable over the kinds.
 
     Attributes:
@@ -61,17 +59,11 @@ class SingularKinds(Answer):
         """Of one configuration; of a batch the worst."""
         return KINDS[int(self.kinds.max(initial=0))]
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return int(self.of_A.size)
 
     def __iter__(self) -> Iterator[SingularKind]:
         return (KINDS[k] for k in self.kinds.reshape(-1).tolist())
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     def explain(self, language: str | None = None) -> str:
         """The kind, with both measures."""
@@ -79,12 +71,6 @@ class SingularKinds(Answer):
             language, of_A=float(self.of_A.min(initial=np.inf)), of_B=float(self.of_B.min(initial=np.inf)),
             rows=self.of_A.size, regular=int((self.kinds == 0).sum()),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "kinds": self.kinds, "of_A": self.of_A, "of_B": self.of_B,
-        }  # fmt: skip
 
     @property
     def free_motion(self) -> Floats:

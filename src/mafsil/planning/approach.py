@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3, as_batch, positive, single
 from mafsil.collision import Checker
 from mafsil.errors import InputError
@@ -48,7 +48,7 @@ class Branch:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ApproachPlan(SingleAnswer):
+class ApproachPlan(Answer, data="path fine deviation"):
     """A gross motion and a fine one, or why there is none; true if there are both.
 
     Attributes:
@@ -88,10 +88,9 @@ class ApproachPlan(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name, "path": self.path, "fine": self.fine, "deviation": self.deviation,
+        return Answer.to_dict(self) | {
             "branches": [{"q": branch.q, "reason": branch.reason} for branch in self.branches],
-        }  # fmt: skip
+        }
 
 
 def plan_approach(

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker, Clearance, CollisionCheck, MultiArmCell
 from mafsil.messages import say
@@ -82,7 +82,7 @@ class TimedArm:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ArmsMotion(SingleAnswer):
+class ArmsMotion(Answer):
     """A motion in time for each of several arms, free at every moment by proof; or why there is none.
 
     Attributes:
@@ -133,7 +133,7 @@ class ArmsMotion(SingleAnswer):
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         each = {name: {"duration": motion.duration, "waiting": motion.waiting} for name, motion in self.motions.items()}
-        return {"status": self.status.name, "duration": self.duration, "reason": self.reason, "arms": each}
+        return {"status": self.status.name.lower(), "duration": self.duration, "reason": self.reason, "arms": each}
 
 
 def unproved_moment(

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, require_function, single, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -29,7 +29,7 @@ class CoordinationStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Coordination(SingleAnswer):
+class Coordination(Answer, data="t shares reached"):
     """Motions along fixed paths that do not meet; true if all arrive.
 
     Attributes:
@@ -58,10 +58,6 @@ class Coordination(SingleAnswer):
             return first
         places = ", ".join(f"{share:.3g}" for share in self.reached)
         return first + say("planning.waiting_at", language=language, places=places)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name, "t": self.t, "shares": self.shares, "reached": list(self.reached)}
 
 
 def coordinate(

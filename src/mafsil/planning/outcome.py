@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import JointVector
 from mafsil.messages import say
 from mafsil.planning.problem import length_of
@@ -35,7 +34,7 @@ class PlanningStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Plan(SingleAnswer):
+class Plan(Answer, data="path length reason interrupted planner configurations segments nodes seconds"):
     """A path, or why there is none; true if there is one.
 
     `SEPARATED` is said by exact methods only, which looked at everything; searches say `NOT_FOUND` in their budget.
@@ -77,11 +76,3 @@ class Plan(SingleAnswer):
         if self.interrupted:
             lines.insert(1, say("planning.interrupted", language=language))
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        account = {name: getattr(self, name) for name in ("planner", "configurations", "segments", "nodes", "seconds")}
-        return {
-            "status": self.status.name, "path": self.path, "length": self.length, "reason": self.reason,
-            "interrupted": self.interrupted, **account,
-        }  # fmt: skip

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.collision import ContactPair
 from mafsil.ik.problem import reach_bound
@@ -43,7 +43,7 @@ class Miss(IntEnum):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BasePlacement(SingleAnswer):
+class BasePlacement(Answer, data="T_sb configurations interrupted"):
     """Base poses that were tried, what each reaches, and the best; true if that reaches all targets.
 
     Attributes:
@@ -165,8 +165,10 @@ class BasePlacement(SingleAnswer):
     def to_dict(self) -> dict[str, Any]:
         """Plain data of the best base; all bases are in the arrays."""
         misses = [Miss(int(each)).name.lower() for each in self.misses[self.best]]
-        return {
-            "status": self.status.name, "T_sb": self.T_sb, "base": self.bases[self.best], "tried": len(self.bases),
-            "score": float(self.score[self.best]), "configurations": self.configurations, "targets": misses,
-            "reached_from": self.reached.sum(axis=0), "interrupted": self.interrupted,
-        }  # fmt: skip
+        return Answer.to_dict(self) | {
+            "base": self.bases[self.best],
+            "tried": len(self.bases),
+            "score": float(self.score[self.best]),
+            "targets": misses,
+            "reached_from": self.reached.sum(axis=0),
+        }

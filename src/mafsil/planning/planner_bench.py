@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mafsil.answer import Answer
+from mafsil.answer import Answer, plain
 from mafsil.arrays import Floats, JointVector, positive, whole
 from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.fields import checked, finite
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.planning.arm_planners import ARM_PLANNERS, CELLS
 from mafsil.planning.arm_planning import plan
 from mafsil.planning.cell_cover import MOST_MOVING
@@ -109,14 +109,14 @@ class PlannerResult:
         """Plain data."""
         return {
             "planner": self.planner, "solved": self.solved,
-            "status": [[each.name for each in row] for row in self.status],
+            "status": plain(self.status),
             **{name: getattr(self, name) for name in
                ("seconds", "length", "clearance", "configurations", "segments", "nodes")},
         }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlannerBench(Answer):
+class PlannerBench(Answer, entries="results", data="queries seeds planners=results interrupted"):
     """All planners on the same questions; true if each solved all, iterable over the results.
 
     Those that solved most come first, among equals the quicker ones.
@@ -133,14 +133,13 @@ class PlannerBench(Answer):
     seeds: tuple[int, ...]
     interrupted: bool = False
 
+    @property
+    def status(self) -> tuple[PlanningStatus, ...]:
+        """Of every search, planner by planner, question by question."""
+        return tuple(status for each in self.results for row in each.status for status in row)
+
     def __bool__(self) -> bool:
         return not self.interrupted and all(each.solved == each.length.size for each in self.results)
-
-    def __len__(self) -> int:
-        return len(self.results)
-
-    def __iter__(self) -> Iterator[PlannerResult]:
-        return iter(self.results)
 
     def columns(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Head (keys) and rows of the table."""
@@ -156,9 +155,9 @@ class PlannerBench(Answer):
         ]  # fmt: skip
         return head, rows
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         head, rows = self.columns()
-        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+        return table(head, rows)
 
     def explain(self, language: str | None = None) -> str:
         """A line for each planner: what it solved, and how the rest ended."""
@@ -171,13 +170,6 @@ class PlannerBench(Answer):
             ends = Counter(status for row in each.status for status in row if not status.succeeded)
             lines += [f"  {count} x {status.sentence(language)}" for status, count in ends.most_common()]
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        results = [each.to_dict() for each in self.results]
-        return {
-            "queries": self.queries, "seeds": self.seeds, "planners": results, "interrupted": self.interrupted,
-        }  # fmt: skip
 
 
 def bench_planners(

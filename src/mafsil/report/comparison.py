@@ -8,7 +8,7 @@ from difflib import SequenceMatcher, unified_diff
 from pathlib import Path
 from typing import Any, cast
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.errors import FileError
 from mafsil.messages import language as current_language
 from mafsil.messages import say
@@ -68,7 +68,7 @@ class Change:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ResultsComparison(SingleAnswer):
+class ResultsComparison(Answer, data="numbers gone new job versions"):
     """What changed from one result to another; true if nothing did.
 
     Attributes:
@@ -96,17 +96,6 @@ class ResultsComparison(SingleAnswer):
         lines += [visible(line) for line in self.job]
         lines += [f"{name}: {before} -> {after}" for name, (before, after) in self.versions.items()]
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        numbers = [
-            {"name": each.name, "of": each.of, "before": each.before, "after": each.after, "share": each.share}
-            for each in self.numbers
-        ]
-        return {
-            "status": self.status.name, "numbers": numbers, "gone": list(self.gone), "new": list(self.new),
-            "job": list(self.job), "versions": {name: list(pair) for name, pair in self.versions.items()},
-        }  # fmt: skip
 
 
 def compare_results(before: str | Path, after: str | Path) -> ResultsComparison:

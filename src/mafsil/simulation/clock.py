@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from time import perf_counter, sleep
 from typing import Any
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 
@@ -23,7 +23,7 @@ class DeadlineStatus(Status):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Deadlines(SingleAnswer):
+class Deadlines(Answer):
     """What a run against the clock kept and what it missed; true if it kept every deadline.
 
     Attributes:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_function, spread
 from mafsil.control.joints import ElasticArm, ElasticLaw, ElasticState
 from mafsil.control.laws import FunctionLaw
@@ -29,7 +29,7 @@ MOST_TICKS = 5_000_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ElasticRun(SingleAnswer):
+class ElasticRun(Answer, data="t q qd motor motor_rate tau q_ref"):
     """A run of links and motors; true if it reached its end.
 
     Attributes:
@@ -65,11 +65,6 @@ class ElasticRun(SingleAnswer):
     def state(self, k: int) -> ElasticState:
         """At the k-th time."""
         return ElasticState(self.q[k], self.qd[k], self.motor[k], self.motor_rate[k])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        rows = ("t", "q", "qd", "motor", "motor_rate", "tau", "q_ref")
-        return {"status": self.status.name, **{name: getattr(self, name) for name in rows}}
 
 
 def _limit(value: ArrayLike) -> Floats:

@@ -9,9 +9,7 @@ Reference: Bristow, Tharayil and Alleyne, A survey of iterative learning control
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +19,7 @@ from mafsil.arrays import Floats, positive, real_array, require_kind, whole
 from mafsil.control import Gains, combined
 from mafsil.control.joints import LearnedEffort
 from mafsil.errors import InputError
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.simulation.loop import simulate
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
@@ -42,7 +40,7 @@ class LearningStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LearningRun(Answer):
+class LearningRun(Answer, data="error effort period", entries="passes"):
     """All passes; true if the last one follows better than the first, iterable over the recordings.
 
     Attributes:
@@ -70,19 +68,10 @@ class LearningRun(Answer):
         total = np.linalg.norm(self.error, axis=1)
         return LearningStatus.IMPROVED if total[-1] < total[0] else LearningStatus.WORSE
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.passes)
-
-    def __iter__(self) -> Iterator[Recording]:
-        return iter(self.passes)
-
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         head = ("", *(f"{k + 1}" for k in range(self.error.shape[1])))
         rows = [(str(k + 1), *(number(each) for each in row)) for k, row in enumerate(self.error.tolist())]
-        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+        return table(head, rows)
 
     def explain(self, language: str | None = None) -> str:
         """The errors of the first and of the last pass."""
@@ -90,10 +79,6 @@ class LearningRun(Answer):
         return self.status.sentence(
             language, passes=len(self), first=float(total[0]), last=float(total[-1]), best=int(total.argmin()) + 1
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name, "error": self.error, "effort": self.effort, "period": self.period}
 
 
 def learn(scenario: Scenario, passes: int = 8, *, gain: float = 1.0, cutoff: float = 20.0) -> LearningRun:

@@ -20,7 +20,7 @@ from mafsil.arrays import Floats, positive, real_array, require_finite, require_
 from mafsil.control.laws import LawMemory
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.simulation.chunk_runs import Outcomes, chunk_outcomes, chunk_size, recorded_alone
 from mafsil.simulation.recording import Recording, SimulationStatus, joined
 from mafsil.simulation.run import Progress
@@ -60,7 +60,7 @@ class MonteCarloStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False, slots=True)
-class MonteCarlo(Answer):
+class MonteCarlo(Answer, data="seed bound share_within influence"):
     """All runs; true if each reached its end; iterable over the numbers of runs from the worst tip error on.
 
     Attributes:
@@ -82,9 +82,6 @@ class MonteCarlo(Answer):
     def status(self) -> MonteCarloStatus:
         """Whether all runs reached their end."""
         return MonteCarloStatus.ALL_FINISHED if self.outcomes.finished.all() else MonteCarloStatus.SOME_FAILED
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
 
     def __len__(self) -> int:
         return self.variants.count
@@ -165,7 +162,7 @@ class MonteCarlo(Answer):
             sentences.append(say("simulation.influence", language=language, **named))
         return ". ".join(sentences)
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         head = ("", "max", "rms", *self.variants.columns())
         errors = self.outcomes
         rows = [
@@ -173,14 +170,11 @@ class MonteCarlo(Answer):
              *(number(column[k]) for column in self.variants.columns().values()))
             for k in list(self)[:5]
         ]  # fmt: skip
-        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+        return table(head, rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name, "seed": self.seed, "bound": self.bound, "share_within": self.share_within,
-            "influence": self.influence, "drawn": self.variants.columns(), **self.outcomes.arrays(),
-        }  # fmt: skip
+        return Answer.to_dict(self) | {"drawn": self.variants.columns(), **self.outcomes.arrays()}
 
 
 def monte_carlo(

@@ -109,9 +109,6 @@ class Recording(Answer):
     metadata: dict[str, Any]
     contact_wrench: Floats | None = None
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return self.q.shape[1] if self.q.ndim > 2 else 1
 
@@ -212,7 +209,7 @@ class Recording(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Status, metadata and all arrays by name."""
-        return {"status": self.status.name, "metadata": dict(self.metadata), **self.arrays()}
+        return {"status": self.status.name.lower(), "metadata": dict(self.metadata), **self.arrays()}
 
     def save(self, path: str | os.PathLike[str]) -> tuple[Path, Path, Path]:
         """Write `path`.npz (all of it, what `load` reads), .csv (every column) and .json (status and metadata).

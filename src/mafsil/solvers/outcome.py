@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Generic, Self, TypeVar
+from typing import Generic, TypeVar
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, frozen
@@ -22,7 +22,7 @@ class SolverStatus(Status):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Outcome(Answer, Generic[Value]):
+class Outcome(Answer, Generic[Value], data="value residual iterations details"):
     """What a solver hands back: one answer, true if it succeeded.
 
     Attributes:
@@ -41,18 +41,6 @@ class Outcome(Answer, Generic[Value]):
     history: Floats = field(default_factory=lambda: frozen([]))
     details: Mapping[str, object] = field(default_factory=dict[str, object])
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return 1
-
-    def __iter__(self) -> Iterator[Self]:
-        return iter((self,))
-
-    def __repr__(self) -> str:
-        return self.explain()
-
     @property
     def succeeded(self) -> bool:
         """Whether the value is an answer."""
@@ -62,14 +50,3 @@ class Outcome(Answer, Generic[Value]):
         """One sentence: how it ended and why."""
         known = {"residual": self.residual, "iterations": self.iterations, **self.details}
         return self.status.sentence(language, **known)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: status, value (its own plain data where it has some), residual, iterations, details."""
-        own = getattr(self.value, "to_dict", None)
-        return {
-            "status": self.status.name,
-            "value": self.value if own is None else own(),
-            "residual": self.residual,
-            "iterations": self.iterations,
-            "details": dict(self.details),
-        }

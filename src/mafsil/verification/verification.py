@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -66,7 +65,7 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True)
-class Verification(Answer):
+class Verification(Answer, entries="checks"):
     """All checks of one robot: true if all agree, iterable over the checks, a table when printed.
 
     Attributes:
@@ -84,15 +83,6 @@ class Verification(Answer):
     seed: int
     left_out: tuple[tuple[str, str], ...] = ()
     peers: tuple[tuple[str, str], ...] = ()
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.checks)
-
-    def __iter__(self) -> Iterator[Check]:
-        return iter(self.checks)
 
     def __str__(self) -> str:
         return self.explain()

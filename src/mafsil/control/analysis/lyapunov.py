@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, as_batch, require_kind
 from mafsil.control.laws.joint_feedback import JointFeedback
 from mafsil.control.laws.matrix_feedback import MatrixFeedback
@@ -28,7 +27,7 @@ class CertificateStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EnergyCertificate(SingleAnswer):
+class EnergyCertificate(Answer, data="t energy spring kinetic power rise"):
     """V = e' Kp e/2 + qd' M qd/2 along a motion, with dV/dt = -qd' (Kd + b) qd; true if it never rises.
 
     Where qd stays zero the error is zero too (LaSalle), so the set point is reached from everywhere.
@@ -58,11 +57,6 @@ class EnergyCertificate(SingleAnswer):
         first, last = float(self.energy[0]), float(self.energy[-1])
         details = {"first": first, "last": last, "rise": self.rise}
         return self.status.sentence(language) + say("control.energy_ends", language=language, **details)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        parts = {"energy": self.energy, "spring": self.spring, "kinetic": self.kinetic}
-        return {"status": self.status.name, "t": self.t, **parts, "power": self.power, "rise": self.rise}
 
 
 @of_robot

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, not_negative, require_kind
 from mafsil.control.contact.impedance import Impedance
 from mafsil.errors import InputError
@@ -56,7 +55,7 @@ LAWS = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Suitability(SingleAnswer):
+class Suitability(Answer, data="direction laws"):
     """The family of laws that a task needs; true if there is one.
 
     Attributes:
@@ -72,10 +71,6 @@ class Suitability(SingleAnswer):
     def explain(self, language: str | None = None) -> str:
         """The family with its laws, or the direction that cannot be had and why."""
         return self.status.sentence(language, direction=self.direction, laws=", ".join(self.laws))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name, "direction": self.direction, "laws": self.laws}
 
 
 def recommend_controller(
@@ -146,7 +141,7 @@ class RecommendedInteraction(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Interaction(SingleAnswer):
+class Interaction(Answer, data="joint rotor_share friction_share"):
     """Impedance or admittance control; true if the model knows enough to say.
 
     Attributes:
@@ -169,11 +164,6 @@ class Interaction(SingleAnswer):
         friction = say(key, language=language, friction=float(self.friction_share[k]), dry=DRY)
         rotor = float(self.rotor_share[k])
         return self.status.sentence(language, joint=self.joint, rotor=rotor, light=ROTORS, friction=friction)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        shares = {"rotor_share": self.rotor_share, "friction_share": self.friction_share}
-        return {"status": self.status.name, "joint": self.joint, **shares}
 
 
 @of_robot
@@ -217,7 +207,7 @@ class ImpedanceClass(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RenderedImpedance(SingleAnswer):
+class RenderedImpedance(Answer, data="kept frequency"):
     """How much of a wanted motion is kept against an environment, at one frequency.
 
     Attributes:
@@ -235,10 +225,6 @@ class RenderedImpedance(SingleAnswer):
         """The class with the least and the largest share."""
         details = {"least": float(self.kept[0]), "most": float(self.kept[-1]), "frequency": self.frequency}
         return self.status.sentence(language, **details)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name, "kept": self.kept, "frequency": self.frequency}
 
 
 def impedance_class(impedance: Impedance, environment: Impedance, frequency: float = 0.0) -> RenderedImpedance:

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, as_batch, not_negative, positive, whole
 from mafsil.control.laws.gains import Gains
 from mafsil.errors import InputError
@@ -46,7 +46,10 @@ class GainLimit(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GainReport(SingleAnswer):
+class GainReport(
+    Answer,
+    data="law natural_frequency damping_ratio worst_pose frequency period delay poses kp=gains.kp kd=gains.kd",
+):
     """Gains with what they promise and assume; true if there are some.
 
     Attributes:
@@ -81,15 +84,6 @@ class GainReport(SingleAnswer):
             language, law=self.law, w=self.natural_frequency, zeta=self.damping_ratio, pose=pose,
             frequency=self.frequency, period=self.period, delay=self.delay, poses=self.poses,
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name, "law": self.law, "kp": self.gains.kp, "kd": self.gains.kd,
-            "natural_frequency": self.natural_frequency, "damping_ratio": self.damping_ratio,
-            "worst_pose": self.worst_pose, "frequency": self.frequency, "period": self.period, "delay": self.delay,
-            "poses": self.poses,
-        }  # fmt: skip
 
 
 @of_robot

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, not_negative, number, real_array, require_finite, require_kind, single
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -195,7 +195,7 @@ class SelectionStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Selection(SingleAnswer):
+class Selection(Answer, data="rank V F conflict"):
     """Whether n components of velocity and force can be prescribed in a linear environment; true if they can.
 
     Attributes:
@@ -217,10 +217,6 @@ class Selection(SingleAnswer):
             return self.status.sentence(language)
         terms = ", ".join(f"{x:.3g}" for x in self.conflict)
         return self.status.sentence(language) + say("control.selection_weights", language=language, weights=terms)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name, "rank": self.rank, "V": self.V, "F": self.F, "conflict": self.conflict}
 
 
 def selection(

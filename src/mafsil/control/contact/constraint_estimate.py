@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, real_array, require_finite, require_kind
 from mafsil.control.contact.environment import Environment, tip_wrench_of
 from mafsil.control.laws.law import Law
@@ -28,7 +27,7 @@ class EstimatedConstraintStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EstimatedConstraint(SingleAnswer):
+class EstimatedConstraint(Answer, data="A sizes samples"):
     """The directions along which forces were felt; true if there are some.
 
     Attributes:
@@ -49,10 +48,6 @@ class EstimatedConstraint(SingleAnswer):
         r = len(self.A)
         clear = float(self.sizes[r - 1]) if r else float(self.sizes[0])
         return self.status.sentence(language, count=r, of=len(self.sizes), clear=clear, samples=self.samples)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name, "A": self.A, "sizes": self.sizes, "samples": self.samples}
 
 
 def estimate_contact_constraint(forces: ArrayLike, noise: ArrayLike) -> EstimatedConstraint:

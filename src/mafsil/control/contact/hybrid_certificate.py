@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, not_negative, require_kind, single
 from mafsil.control.contact.force import sampled_force_radius
 from mafsil.control.contact.hybrid import HybridControl
@@ -27,7 +26,7 @@ class HybridStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class HybridCertificate(SingleAnswer):
+class HybridCertificate(Answer, data="t motion force motion_share force_share slowest_root force_radius"):
     """How far the errors of a hybrid law departed from their equations along a motion; true if they obeyed stable ones.
 
     Attributes:
@@ -55,11 +54,6 @@ class HybridCertificate(SingleAnswer):
         """The status with both shares and what makes the equations stable."""
         names = ("motion_share", "force_share", "slowest_root", "force_radius")
         return self.status.sentence(language, **{name: getattr(self, name) for name in names})
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        names = ("t", "motion", "force", "motion_share", "force_share", "slowest_root", "force_radius")
-        return {"status": self.status.name} | {name: getattr(self, name) for name in names}
 
 
 def hybrid_certificate(

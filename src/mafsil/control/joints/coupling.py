@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, whole
 from mafsil.control.laws.gains import per_joint
 from mafsil.messages import say
@@ -31,7 +30,7 @@ class CouplingStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class JointCoupling(SingleAnswer):
+class JointCoupling(Answer, data="coupling spread gravity_share samples"):
     """The inertias that a joint feels of the others; true if decentralised control is sensible.
 
     Attributes:
@@ -56,16 +55,6 @@ class JointCoupling(SingleAnswer):
             said = self.status.sentence(language, joint=joint, share=float(self.gravity_share[joint]))
             return said + say("control.coupling_figures", language=language, **details)
         return self.status.sentence(language) + say("control.coupling_figures", language=language, **details)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name,
-            "coupling": self.coupling,
-            "spread": self.spread,
-            "gravity_share": self.gravity_share,
-            "samples": self.samples,
-        }
 
 
 @of_robot

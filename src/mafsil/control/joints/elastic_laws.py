@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, positive, require_kind, whole
 from mafsil.control.joints.elastic_arm import ElasticArm, ElasticState
 from mafsil.control.laws.gains import Gains
@@ -87,7 +87,7 @@ class SetPointStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SetPointCondition(SingleAnswer):
+class SetPointCondition(Answer, data="stiffness gravity samples"):
     """Whether springs of joints and software outweigh gravity; true if every set point is then reached.
 
     Attributes:
@@ -106,11 +106,6 @@ class SetPointCondition(SingleAnswer):
         """Both figures."""
         details = {"stiffness": self.stiffness, "gravity": self.gravity, "samples": self.samples}
         return self.status.sentence(language, **details)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        figures = {"stiffness": self.stiffness, "gravity": self.gravity, "samples": self.samples}
-        return {"status": self.status.name, **figures}
 
 
 def set_point_condition(law: MotorFeedback, samples: int = 2000, *, seed: int = 0) -> SetPointCondition:

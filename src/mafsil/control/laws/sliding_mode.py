@@ -14,12 +14,11 @@ Reference: Slotine and Li, Applied Nonlinear Control, 1991, sec. 9.1 and ch. 7.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, as_batch, real_array, require_kind
 from mafsil.control.laws.gains import Gains
 from mafsil.control.laws.law import Law
@@ -152,7 +151,7 @@ class SlidingStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SlidingCertificate(SingleAnswer):
+class SlidingCertificate(Answer, data="t needed bound distance error error_bound reached"):
     """Whether the bound K covered the true difference of model and arm at every moment of a motion.
 
     Attributes:
@@ -187,13 +186,6 @@ class SlidingCertificate(SingleAnswer):
         end = "error" if np.isfinite(self.error[worst]) else "late" if np.isfinite(self.reached) else "not_reached"
         details = {"error": float(self.error[worst]), "limit": float(self.error_bound[worst]), "worst": worst + 1}
         return said + say(f"control.sliding_{end}", language=language, reached=self.reached, **details)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name, "t": self.t, "needed": self.needed, "bound": self.bound,
-            "distance": self.distance, "error": self.error, "error_bound": self.error_bound, "reached": self.reached,
-        }  # fmt: skip
 
 
 def sliding_certificate(

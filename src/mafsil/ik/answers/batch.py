@@ -51,7 +51,7 @@ class Columns(NamedTuple):
     status: NDArray[np.int8]
 
 
-class SolutionBatch(Answer):
+class SolutionBatch(Answer, data="solved q valid within residual"):
     """All solutions of many poses.
 
     Row k of a pose is the same root of the closed form for every pose, so that rows do not change places in a batch.
@@ -212,15 +212,7 @@ class SolutionBatch(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
-        return {
-            "status": [status.name.lower() for status in self.status.ravel()],
-            "solved": self.solved,
-            "q": self.q,
-            "valid": self.valid,
-            "within": self.within,
-            "residual": self.residual,
-            "branches": self.labels,
-        }
+        return Answer.to_dict(self) | {"branches": self.labels}
 
     def __getitem__(self, index: int | tuple[int, ...]) -> SolutionSet:
         """The careful answer to one pose, with families and reasons.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import islice, product
 from typing import TYPE_CHECKING, Any
@@ -69,7 +69,7 @@ class LimitExcess:
         return say("ik.limit_excess", language=language, **details)
 
 
-class SolutionSet(Answer):
+class SolutionSet(Answer, data="complete in_doubt method q residual within", entries="q"):
     """All solutions of one pose.
 
     What is not read costs nothing: branches, families and reasons are made when they are asked for.
@@ -112,9 +112,6 @@ class SolutionSet(Answer):
         vars(self).update(residual=residual, within=within, rows=rows, codes=codes, own_free=free, _question=question)
         if complete is not None:
             vars(self)["complete"] = complete
-
-    def __len__(self) -> int:
-        return len(self.q)
 
     def __bool__(self) -> bool:
         return bool(self.within.any())
@@ -196,9 +193,6 @@ class SolutionSet(Answer):
         if self._isolated or not len(self.q):
             return ()
         return tuple(self._question.families(self.own, self.rows, self.own_free))
-
-    def __iter__(self) -> Iterator[JointVector]:
-        return iter(self.q)
 
     @lazy
     def status(self) -> IKStatus:
@@ -338,15 +332,8 @@ class SolutionSet(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
-        return {
-            "status": self.status.name.lower(),
+        return Answer.to_dict(self) | {
             "solved": bool(self),
-            "complete": self.complete,
-            "in_doubt": self.in_doubt,
-            "method": self.method,
-            "q": self.q,
-            "residual": self.residual,
-            "within": self.within,
             "branches": [str(one) for one in self.branches],
             "free": [family.joint for family in self.families],
         }

@@ -29,7 +29,7 @@ _MEMBERS = np.array(STATUSES, dtype=np.object_)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ParametricSolutions(Answer):
+class ParametricSolutions(Answer, data="values q residual within labelled"):
     """Configurations at values of the free parameter: true if every pose has one within the limits.
 
     Attributes:
@@ -91,10 +91,3 @@ class ParametricSolutions(Answer):
             for value, at, allowed, off in zip(self.values, self.exists, self.within, self.residual, strict=True)
         ]
         return on_screen("\n".join([self.explain(), *table(head, rows)]))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the answer."""
-        names = [status.name.lower() for status in np.ravel(self.status)]
-        status = names if self.values.ndim > 1 else names[0]
-        found = {"q": self.q, "residual": self.residual, "within": self.within}
-        return {"status": status, "values": self.values, **found, "labelled": self.labelled}

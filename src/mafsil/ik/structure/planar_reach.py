@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Vector3, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.ik.chain import chain_of
@@ -38,7 +37,7 @@ class ReachShape(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Place(SingleAnswer):
+class Place(Answer, data="distance inner outer"):
     """Where a point lies: true if the tip gets there without regard to joint limits.
 
     Attributes:
@@ -58,14 +57,9 @@ class Place(SingleAnswer):
         words = {name: f"{x:.6g}" for name, x in lengths.items()}
         return self.status.sentence(language) + say("ik.place_annulus", language=language, **words)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        status = self.status.name.lower()
-        return {"status": status, "distance": self.distance, "inner": self.inner, "outer": self.outer}
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlanarReach(SingleAnswer):
+class PlanarReach(Answer, data="inner outer centre normal lengths"):
     """The annulus that the tip of an arm of parallel revolute axes can reach.
 
     Attributes:
@@ -98,12 +92,6 @@ class PlanarReach(SingleAnswer):
     def explain(self, language: str | None = None) -> str:
         """The shape with its radii."""
         return self.status.sentence(language, inner=f"{self.inner:.6g}", outer=f"{self.outer:.6g}")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the answer."""
-        radii = {"inner": self.inner, "outer": self.outer}
-        drawn = {"centre": self.centre, "normal": self.normal, "lengths": self.lengths}
-        return {"status": self.status.name.lower(), **radii, **drawn}
 
     def place(self, point: ArrayLike, tolerance: float = 1e-9) -> Place:
         """Where a point lies, and how far from the centre; arguments as `classify`."""

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.algebra.tolerance import DESCRIBED
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Vector3, not_negative
 from mafsil.errors import InputError
 from mafsil.geometry import pose
@@ -65,7 +65,7 @@ class Condition:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ArmStructure(SingleAnswer):
+class ArmStructure(Answer, data="reversed wrist_centre"):
     """What an arm of six joints is, and why it is not more: true if it is of one of the classes.
 
     Attributes:
@@ -101,8 +101,7 @@ class ArmStructure(SingleAnswer):
             {"condition": one.explain(), "joints": list(one.joints), "size": one.size, "satisfied": one.satisfied}
             for one in self.conditions
         ]
-        seen = {"reversed": self.reversed, "wrist_centre": self.wrist_centre}
-        return {"status": self.status.name.lower(), "conditions": conditions, **seen}
+        return Answer.to_dict(self) | {"conditions": conditions}
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, number, positive, real_array, require_finite, single
 from mafsil.errors import InputError
 from mafsil.mobility.spaces.motion_group import cross
@@ -26,7 +25,7 @@ class PointsStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PointCount(SingleAnswer):
+class PointCount(Answer, data="constraints rank nullity redundant body_dof"):
     """Points of a body with all distances between them fixed; true if they determine where the body is.
 
     Attributes:
@@ -67,13 +66,6 @@ class PointCount(SingleAnswer):
             language, freedoms=self.dimension * self.points, rank=self.rank, nullity=self.nullity,
             redundant=self.redundant, dof=self.body_dof,
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "constraints": self.constraints, "rank": self.rank,
-            "nullity": self.nullity, "redundant": self.redundant, "body_dof": self.body_dof,
-        }  # fmt: skip
 
 
 def distance_matrix(points: ArrayLike) -> Floats:

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, frozen, real_array, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose, rotation
@@ -308,7 +308,7 @@ class ClosureStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoopClosure(SingleAnswer):
+class LoopClosure(Answer, data="theta gap closed"):
     """Coordinates that close all loops, if they were found; of a batch, row by row.
 
     Attributes:
@@ -326,10 +326,6 @@ class LoopClosure(SingleAnswer):
     def explain(self, language: str | None = None) -> str:
         """The finding in one sentence with the gap."""
         return self.status.sentence(language, gap=float(np.max(self.gap, initial=0.0)))
-
-    def to_dict(self) -> dict[str, object]:
-        """Plain data."""
-        return {"status": self.status.name.lower(), "theta": self.theta, "gap": self.gap, "closed": self.closed}
 
 
 @on_linkage

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import mafsil.expression as ex
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, real_array, single
 from mafsil.errors import InputError
 from mafsil.mobility.tolerances import RANK
@@ -38,7 +38,7 @@ class Integrability(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class IntegrabilityAnswer(SingleAnswer):
+class IntegrabilityAnswer(Answer, data="growth closed first_integrals contradiction"):
     """Frobenius' test; true if the constraints are those of configurations.
 
     Attributes:
@@ -70,13 +70,6 @@ class IntegrabilityAnswer(SingleAnswer):
         return self.status.sentence(
             language, growth=", ".join(map(str, self.growth)), integrals=self.first_integrals, n=self.n
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "growth": list(self.growth), "closed": self.closed,
-            "first_integrals": self.first_integrals, "contradiction": self.contradiction,
-        }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

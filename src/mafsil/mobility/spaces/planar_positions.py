@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.mobility.tolerances import TOUCHING, TYPED
@@ -98,7 +97,7 @@ class PolygonStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PolygonSpace(SingleAnswer):
+class PolygonSpace(Answer, data="lengths components dimension smooth excess"):
     """All configurations of a closed planar chain of revolute joints, one link fixed; true if there are any.
 
     Attributes:
@@ -129,13 +128,6 @@ class PolygonSpace(SingleAnswer):
         return self.status.sentence(
             language, components=self.components, dimension=self.dimension, excess=self.excess, n=len(self.lengths)
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "lengths": list(self.lengths), "components": self.components,
-            "dimension": self.dimension, "smooth": self.smooth, "excess": self.excess,
-        }  # fmt: skip
 
 
 def polygon_space(lengths: ArrayLike) -> PolygonSpace:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -109,7 +109,12 @@ def _better_sides(positions: Positions, found: Assessment) -> tuple[Positions, A
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Synthesis(Answer):
+class Synthesis(
+    Answer,
+    entries="candidates",
+    data="aim count=ranking.count free=ranking.free circuit_defects=ranking.circuit "
+    "branch_defects=ranking.branch order_defects=ranking.order task candidates dyads",
+):
     """Linkages for a task; true if one is free of defects, iterable over the candidates, good ones first.
 
     Attributes:
@@ -142,15 +147,6 @@ class Synthesis(Answer):
         """The first candidate, or None."""
         return self.candidates[0] if self.candidates else None
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.candidates)
-
-    def __iter__(self) -> Iterator[Candidate]:
-        return iter(self.candidates)
-
     def __getitem__(self, index: int) -> Candidate:
         return self.candidates[index]
 
@@ -175,16 +171,6 @@ class Synthesis(Answer):
         if self.candidates:
             lines.append(self.candidates[0].explain(language))
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        ranking = self.ranking
-        return {
-            "status": self.status.name.lower(), "aim": self.aim, "count": ranking.count, "free": ranking.free,
-            "circuit_defects": ranking.circuit, "branch_defects": ranking.branch, "order_defects": ranking.order,
-            "task": self.task, "candidates": [one.to_dict() for one in self.candidates],
-            "dyads": [one.to_dict() for one in self.dyads],
-        }  # fmt: skip
 
 
 def _row(one: Candidate) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Integers, whole
 from mafsil.messages import say
 from mafsil.mobility.four_bar import FourBar, GrashofClass
@@ -29,7 +29,10 @@ class CandidateStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Candidate(SingleAnswer):
+class Candidate(
+    Answer,
+    data="A D direction B C theta modes circuits defects transmission residual miss along across turned",
+):
     """A linkage driven by its crank; true if no defect was found.
 
     Attributes:
@@ -159,14 +162,12 @@ class Candidate(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(), "form": self._form(), **self._lengths(), "A": self.A, "D": self.D,
-            "direction": self.direction, "B": self.B, "C": self.C, "theta": self.theta, "modes": self.modes,
-            "circuits": self.circuits, "defects": [each.name.lower() for each in self.defects],
-            "kind": self.kind.rpartition(".")[2], "transmission": self.transmission, "worst_transmission": self.worst,
-            "residual": self.residual, "miss": self.miss, "along": self.along, "across": self.across,
-            "turned": self.turned,
-        }  # fmt: skip
+        return Answer.to_dict(self) | {
+            "form": self._form(),
+            **self._lengths(),
+            "kind": self.kind.rpartition(".")[2],
+            "worst_transmission": self.worst,
+        }
 
 
 def _places(which: Any) -> str:

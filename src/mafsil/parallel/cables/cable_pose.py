@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +15,6 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers, as_batch, whole
 from mafsil.geometry import pose
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.cables.cable_robot import CableRobot
 from mafsil.solvers import decompositions
 
@@ -38,7 +36,7 @@ class CablePoseStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CablePoses(Answer):
+class CablePoses(Answer, data="x error settled steps"):
     """Poses of least squares near first ones; true if the lengths fit in every row, iterable over the rows.
 
     Attributes:
@@ -67,18 +65,12 @@ class CablePoses(Answer):
             return CablePoseStatus.FOUND
         return CablePoseStatus.DISAGREE if self.settled.all() else CablePoseStatus.NOT_FOUND
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return int(self.settled.size)
 
     def __iter__(self) -> Iterator[Floats]:
         core = self.x.shape[self.settled.ndim :]
         return iter(self.x.reshape(-1, *core))
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     def explain(self, language: str | None = None) -> str:
         """How many fit, and which cable is off most."""
@@ -88,13 +80,6 @@ class CablePoses(Answer):
             language, found=int(self.fits.sum()), count=self.settled.size, error=float(rows.max(initial=0.0)),
             cable=cable, steps=int(self.steps.max(initial=0)),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "x": self.x, "error": self.error, "settled": self.settled,
-            "steps": self.steps,
-        }  # fmt: skip
 
 
 def cable_poses(robot: CableRobot, lengths: ArrayLike, x_guess: ArrayLike, *, max_steps: int = 60) -> CablePoses:

@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, as_batch, require_finite
 from mafsil.lazy_module import lazily
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.cables.cable_robot import CableRobot
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers import decompositions
@@ -45,7 +44,7 @@ EXACT = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CableTensions(Answer):
+class CableTensions(Answer, data="tensions missing margin direction needed offered"):
     """Tensions that hold loads; true if there are some in every row, iterable over the rows.
 
     A no has its proof: along `direction` the load is `needed`, and cables within their bounds make at most `offered`.
@@ -94,9 +93,6 @@ class CableTensions(Answer):
                 self.needed[row], self.offered[row],
             )  # fmt: skip
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """The least margin, or the proof of the first row that fails."""
         if not self.verdict.size:
@@ -113,10 +109,7 @@ class CableTensions(Answer):
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         names = [STATUSES[k].name.lower() for k in self.verdict.ravel().tolist()]
-        return {
-            "status": names if self.verdict.ndim else names[0], "tensions": self.tensions, "missing": self.missing,
-            "margin": self.margin, "direction": self.direction, "needed": self.needed, "offered": self.offered,
-        }  # fmt: skip
+        return Answer.to_dict(self) | {"status": names if self.verdict.ndim else names[0]}
 
 
 def cable_tensions(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +16,6 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, as_batch, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.cables.cable_robot import CableRobot
 from mafsil.parallel.cables.cable_tensions import cable_margins, facets, reduced
 from mafsil.parallel.platforms.platform_workspace import grid_volume
@@ -36,7 +34,7 @@ class ClosureStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CableClosure(Answer):
+class CableClosure(Answer, data="measure direction"):
     """Whether cables of any strength hold every wrench; true if they do in every row, iterable over the rows.
 
     Attributes:
@@ -68,9 +66,6 @@ class CableClosure(Answer):
         for row in np.ndindex(self.measure.shape):
             yield CableClosure(self.measure[row], self.direction[row])
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """The weakest direction, or the first one along which no cable pulls."""
         if not self.measure.size:
@@ -80,10 +75,6 @@ class CableClosure(Answer):
             language, closed=int(self.closed.sum()), count=len(self), measure=float(self.measure.min()),
             direction=", ".join(f"{each:.3g}" for each in self.direction[row]),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name.lower(), "measure": self.measure, "direction": self.direction}
 
 
 def cable_closure(robot: CableRobot, x: ArrayLike) -> CableClosure:
@@ -110,7 +101,7 @@ class CableWorkspaceStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CableWorkspace(Answer):
+class CableWorkspace(Answer, data="axes margin"):
     """Where cables hold all given loads, on a grid; true if they do anywhere, iterable over the orientations.
 
     Attributes:
@@ -135,17 +126,11 @@ class CableWorkspace(Answer):
         """Some or none."""
         return CableWorkspaceStatus.SOME if self.feasible.any() else CableWorkspaceStatus.EMPTY
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return len(self.margin)
 
     def __iter__(self) -> Iterator[Booleans]:
         return iter(self.feasible)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     def explain(self, language: str | None = None) -> str:
         """Volumes with their errors, and the best margin with its place."""
@@ -158,10 +143,6 @@ class CableWorkspace(Answer):
             language, all=every[0], all_error=every[1], some=some[0], some_error=some[1], orientations=len(self),
             best=float(self.margin.max()), place=place, unit=f"m^{len(self.axes)}",
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name.lower(), "axes": list(self.axes), "margin": self.margin}
 
 
 def cable_workspace(

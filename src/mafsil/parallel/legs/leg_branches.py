@@ -6,10 +6,8 @@ was met says how much may have been missed. A search proves nothing about others
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import prod
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +15,6 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Integers, single, whole
 from mafsil.geometry import pose
-from mafsil.messages.tables import on_screen
 from mafsil.mobility.spaces.planar_positions import wrapped
 from mafsil.parallel.closure import numerical_rank
 from mafsil.parallel.legs.leg_configurations import leg_forward, leg_inverse
@@ -33,7 +30,7 @@ class LegSearchStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LegModes(Answer):
+class LegModes(Answer, data="T q met starts", entries="T"):
     """Poses of a platform on legs that a search found; true if there are any, iterable over the poses.
 
     Attributes:
@@ -53,31 +50,15 @@ class LegModes(Answer):
         """Found or not."""
         return LegSearchStatus.FOUND if len(self.T) else LegSearchStatus.NOT_FOUND
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.T)
-
-    def __iter__(self) -> Iterator[Floats]:
-        return iter(self.T)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """How many were found, and how often the rarest."""
         return self.status.sentence(
             language, count=len(self), starts=self.starts, rarest=int(self.met.min(initial=self.starts))
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name.lower(), "T": self.T, "q": self.q, "met": self.met, "starts": self.starts}
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LegBranches(Answer):
+class LegBranches(Answer, data="branches met free starts", entries="branches"):
     """Branches of every leg for one pose of the platform; true if every leg has one, iterable over the legs.
 
     Attributes:
@@ -103,29 +84,10 @@ class LegBranches(Answer):
         """Found for every leg or not."""
         return LegSearchStatus.FOUND if self.count else LegSearchStatus.NOT_FOUND
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.branches)
-
-    def __iter__(self) -> Iterator[Floats]:
-        return iter(self.branches)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """How many configurations there are, and how often the rarest branch of a leg was met."""
         rarest = min((int(each.min(initial=self.starts)) for each in self.met), default=0)
         return self.status.sentence(language, count=self.count, starts=self.starts, rarest=rarest)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "branches": list(self.branches), "met": list(self.met),
-            "free": list(self.free), "starts": self.starts,
-        }  # fmt: skip
 
 
 def leg_assembly_modes(mechanism: LegMechanism, q_driven: ArrayLike, starts: int = 200, seed: int = 0) -> LegModes:

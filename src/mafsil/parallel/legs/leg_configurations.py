@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +16,6 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers, as_batch, whole
 from mafsil.geometry import pose
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.legs.leg_mechanism import Leg, LegMechanism
 from mafsil.parallel.tolerances import FEASIBLE
 
@@ -38,7 +36,7 @@ class ConfigurationStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LegConfigurations(Answer):
+class LegConfigurations(Answer, data="q T found gap steps"):
     """Configurations of a platform on legs; true if all were found, iterable over the rows of the batch.
 
     Attributes:
@@ -62,17 +60,11 @@ class LegConfigurations(Answer):
             return ConfigurationStatus.FOUND
         return ConfigurationStatus.SOME if self.found.any() else ConfigurationStatus.NOT_FOUND
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return int(self.found.size)
 
     def __iter__(self) -> Iterator[Floats]:
         return iter(self.q.reshape(-1, self.q.shape[-1]))
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     def explain(self, language: str | None = None) -> str:
         """How many were found and how well the legs meet."""
@@ -80,13 +72,6 @@ class LegConfigurations(Answer):
             language, found=int(self.found.sum()), count=self.found.size, gap=float(self.gap.max(initial=0.0)),
             steps=int(self.steps.max(initial=0)),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "q": self.q, "T": self.T, "found": self.found, "gap": self.gap,
-            "steps": self.steps,
-        }  # fmt: skip
 
 
 def leg_forward(

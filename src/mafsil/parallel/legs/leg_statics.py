@@ -7,12 +7,11 @@ platform at rest needs F = - F_load.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, single
 from mafsil.parallel.closure import kernel
 from mafsil.parallel.legs.leg_mechanism import LegMechanism
@@ -28,7 +27,7 @@ class LegForcesStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LegForces(SingleAnswer):
+class LegForces(Answer, data="efforts leg_wrenches residual"):
     """Efforts and forces of a platform on legs at rest; true if the motors can exert the wrench.
 
     Attributes:
@@ -62,13 +61,6 @@ class LegForces(SingleAnswer):
         """The status with the largest effort, or with what passive joints would have to carry."""
         largest = float(np.abs(self.efforts).max(initial=0.0))
         return self.status.sentence(language, largest=largest, residual=self.residual)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "efforts": self.efforts, "leg_wrenches": self.leg_wrenches,
-            "residual": self.residual,
-        }  # fmt: skip
 
 
 def leg_forces(mechanism: LegMechanism, q: ArrayLike, F: ArrayLike) -> LegForces:
@@ -116,7 +108,7 @@ class LegRatesStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LegRates(SingleAnswer):
+class LegRates(Answer, data="rates residual"):
     """Rates of all joints for a twist of the platform; true if every leg can follow it.
 
     Attributes:
@@ -139,10 +131,6 @@ class LegRates(SingleAnswer):
         return self.status.sentence(
             language, turn=float(np.linalg.norm(self.residual[:3])), move=float(np.linalg.norm(self.residual[3:]))
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name.lower(), "rates": self.rates, "residual": self.residual}
 
 
 def inverse_rates(mechanism: LegMechanism, q: ArrayLike, V: ArrayLike) -> LegRates:

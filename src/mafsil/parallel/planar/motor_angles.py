@@ -31,7 +31,7 @@ class MotorAnglesStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MotorAngles(Answer):
+class MotorAngles(Answer, data="q misfit free reached"):
     """Both angles of each motor; true if every pose is reached, iterable over all choices, of a batch over its rows.
 
     Attributes:
@@ -63,9 +63,6 @@ class MotorAngles(Answer):
             return MotorAnglesStatus.REACHED
         return MotorAnglesStatus.SOME if self.reached.any() else MotorAnglesStatus.OUT_OF_REACH
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         if self.misfit.ndim > 1:
             return len(self.q)
@@ -76,12 +73,12 @@ class MotorAngles(Answer):
             return (MotorAngles(*row) for row in zip(self.q, self.misfit, self.free, strict=True))
         return iter(self.choices if self else self.choices[:0])
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         if self.misfit.ndim > 1 or not self:
             return on_screen(self.explain())
         head = (say("cli.parallel_motor"), "1 [deg]", "2 [deg]")
         rows = [(str(k + 1), *map(number, np.degrees(both).tolist())) for k, both in enumerate(self.q)]
-        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+        return table(head, rows)
 
     def explain(self, language: str | None = None) -> str:
         """How many poses are reached; of the row that misses most which motor, and by how much."""
@@ -96,13 +93,6 @@ class MotorAngles(Answer):
         reason = "short" if worst > 0 else "long"
         missed = say(f"parallel.rod_{reason}", language=language, motor=int(motor) + 1, length=abs(worst))
         return f"{sentence}: {missed}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "q": self.q, "misfit": self.misfit, "free": self.free,
-            "reached": self.reached,
-        }  # fmt: skip
 
 
 def crank_angles(along: Floats, up: Floats, across: Floats | float, crank: Floats | float, rod: Floats) -> MotorAngles:

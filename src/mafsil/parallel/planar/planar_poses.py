@@ -26,7 +26,7 @@ class PlanarPosesStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlanarPoses(Answer):
+class PlanarPoses(Answer, data="x count there multiplicity movable error"):
     """All real poses of a planar platform; true if every row has one, iterable over the poses, of a batch over rows.
 
     Attributes:
@@ -71,9 +71,6 @@ class PlanarPoses(Answer):
             return PlanarPosesStatus.ALL
         return PlanarPosesStatus.SOME if self.count.any() else PlanarPosesStatus.NONE
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return int(self.count) if self.count.ndim == 0 else int(self.count.shape[0])
 
@@ -89,7 +86,7 @@ class PlanarPoses(Answer):
             self.legs[row],
         )  # fmt: skip
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         if self.count.ndim:
             return on_screen(self.explain())
         head = (say("mobility.mode_head"), "x [m]", "y [m]", "phi [deg]", say("parallel.multiplicity_head"))
@@ -97,7 +94,7 @@ class PlanarPoses(Answer):
             (str(k + 1), *map(number, [*x[:2].tolist(), float(np.degrees(x[2]))]), str(self.multiplicity[k]))
             for k, x in enumerate(self)
         ]
-        return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
+        return table(head, rows) if rows else []
 
     def explain(self, language: str | None = None) -> str:
         """How many poses there are, and how exactly the lengths fit; of one row without any how far they are off."""
@@ -112,10 +109,7 @@ class PlanarPoses(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; if rows have no pose, the nearest lengths too."""
-        found: dict[str, Any] = {
-            "status": self.status.name.lower(), "x": self.x, "count": self.count, "there": self.there,
-            "multiplicity": self.multiplicity, "movable": self.movable, "error": self.error,
-        }  # fmt: skip
+        found = Answer.to_dict(self)
         if not (self.count.all() or self.movable.any()):
             found["nearest"] = self.nearest.to_dict()
         return found

@@ -30,7 +30,7 @@ class AssemblyModesStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlatformModes(Answer):
+class PlatformModes(Answer, data="T count finite there expected error orientation"):
     """All poses of a platform for given lengths; true if there is a real one, iterable over the real ones.
 
     Of a batch: true if each row has one, iterable over the rows.
@@ -114,7 +114,7 @@ class PlatformModes(Answer):
             self.on_set[row, ...], self.through[row], self.expected, self.error, self.orientation[row], self.legs[row],
         )  # fmt: skip
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         if self.count.ndim:
             return on_screen(self.explain())
         head = (say("mobility.mode_head"), "x [m]", "y [m]", "z [m]", "det G")
@@ -122,7 +122,7 @@ class PlatformModes(Answer):
             (str(k + 1), *map(number, T[:3, 3].tolist()), "+" if self.orientation[k] > 0 else "-")
             for k, T in enumerate(self)
         ]
-        return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
+        return table(head, rows) if rows else []
 
     def explain(self, language: str | None = None) -> str:
         """How many poses there are, real and complex, how exactly the legs fit; of one row without any how far off."""
@@ -146,12 +146,9 @@ class PlatformModes(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; if rows have no pose, the nearest lengths too."""
-        found: dict[str, Any] = {
-            "status": self.status.name.lower(), "T": self.T, "count": self.count, "finite": self.finite,
-            "there": self.there, "expected": self.expected, "error": self.error, "orientation": self.orientation,
-        }  # fmt: skip
+        found = Answer.to_dict(self)
         if self.on_set.any():
-            found["on_set"], found["movable"], found["through"] = self.on_set, self.movable, self.through
+            found |= {"on_set": self.on_set, "movable": self.movable, "through": self.through}
         elif not self.count.all() and self.expected:
             found["nearest"] = self.nearest.to_dict()
         return found

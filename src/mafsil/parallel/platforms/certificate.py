@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats
 from mafsil.parallel.platforms.start_platforms import MOST, Complexes
 
@@ -38,7 +38,7 @@ class CertificateStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Certificate(SingleAnswer):
+class Certificate(Answer, data="found proven real radius largest_h"):
     """What is proven of the poses that were found; true if each of them is proven.
 
     Attributes:
@@ -68,13 +68,6 @@ class Certificate(SingleAnswer):
             language, found=self.found, proven=self.proven, real=self.real, radius=self.radius, h=self.largest_h,
             most=MOST,
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "found": self.found, "proven": self.proven, "real": self.real,
-            "radius": self.radius, "largest_h": self.largest_h,
-        }  # fmt: skip
 
 
 def certificate_of(a: Floats, b: Floats, s: Floats, x: Complexes, real: Booleans) -> Certificate:

@@ -27,7 +27,7 @@ class PlatformPointsStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlatformPoints(Answer):
+class PlatformPoints(Answer, data="x count free missing"):
     """Places for angles of the motors; true if the rods meet in every row, iterable over them, of a batch over rows.
 
     Attributes:
@@ -80,9 +80,6 @@ class PlatformPoints(Answer):
             return PlatformPointsStatus.FREE if self.free.any() else PlatformPointsStatus.ALL
         return PlatformPointsStatus.SOME if meets.any() else PlatformPointsStatus.NONE
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return int(self.count) if self.free.ndim == 0 else len(self.ends)
 
@@ -95,12 +92,12 @@ class PlatformPoints(Answer):
         """The places of one row of a batch."""
         return PlatformPoints(self.ends[row], self.meets[row, ...], self.free[row, ...], self.legs[row])
 
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         if self.free.ndim or not self.count:
             return on_screen(self.explain())
         head = (say("mobility.mode_head"), *(f"{axis} [m]" for axis in "xyz"[: self.x.shape[-1]]))
         rows = [(str(k + 1), *map(number, place.tolist())) for k, place in enumerate(self)]
-        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+        return table(head, rows)
 
     def explain(self, language: str | None = None) -> str:
         """In how many rows the rods meet; of one row without places how far their lengths are off."""
@@ -120,13 +117,7 @@ class PlatformPoints(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; of one row without any places the nearest lengths too."""
-        found: dict[str, Any] = {
-            "status": self.status.name.lower(),
-            "x": self.x,
-            "count": self.count,
-            "free": self.free,
-            "missing": self.missing,
-        }
+        found = Answer.to_dict(self)
         if self.free.ndim == 0 and self.status is PlatformPointsStatus.NONE:
             found["nearest"] = self.nearest.to_dict()
         return found

@@ -9,9 +9,7 @@ Reference: Merlet, Parallel Robots, ch. 7.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +19,6 @@ from mafsil.arrays import Booleans, Floats, as_batch, not_negative, number, posi
 from mafsil.errors import InputError
 from mafsil.fields import checked
 from mafsil.geometry import rotation
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.legs.leg_lines import line_matrix
 from mafsil.parallel.platforms.stewart import StewartPlatform
 
@@ -68,7 +65,7 @@ class WorkspaceStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlatformWorkspace(Answer):
+class PlatformWorkspace(Answer, data="axes allowed reasons", entries="allowed"):
     """Where a platform can be, on a grid; true if it can be anywhere, iterable over the orientations.
 
     Attributes:
@@ -100,18 +97,6 @@ class PlatformWorkspace(Answer):
         """Some or none."""
         return WorkspaceStatus.SOME if self.allowed.any() else WorkspaceStatus.EMPTY
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.allowed)
-
-    def __iter__(self) -> Iterator[Booleans]:
-        return iter(self.allowed)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """Volumes with their errors, and what refuses most poses."""
         most = max(self.reasons, key=lambda name: self.reasons[name])
@@ -120,13 +105,6 @@ class PlatformWorkspace(Answer):
             language, all=all_, all_error=all_error, some=some, some_error=some_error, orientations=len(self),
             reason=most, refused=self.reasons[most], poses=self.allowed.size,
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "axes": list(self.axes), "allowed": self.allowed,
-            "reasons": dict(self.reasons),
-        }  # fmt: skip
 
 
 def grid_volume(axes: tuple[Floats, ...], places: Booleans) -> tuple[float, float]:

@@ -11,14 +11,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, whole
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR
 from mafsil.parallel.platforms.pose_space import PoseSpace, pose_space, regular_radius, signed_measure
 from mafsil.parallel.platforms.stewart import StewartPlatform
@@ -46,7 +44,7 @@ class ModePathStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModePath(SingleAnswer):
+class ModePath(Answer, data="x lengths least measures places"):
     """A way between two poses on which no pose is singular; true if there is one.
 
     Attributes:
@@ -66,22 +64,12 @@ class ModePath(SingleAnswer):
     measures: Floats
     places: int
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """What was found, and what proves it."""
         return self.status.sentence(
             language, corners=len(self.x), least=self.least, places=self.places, first=float(self.measures[0]),
             second=float(self.measures[1]),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "x": self.x, "lengths": self.lengths, "least": self.least,
-            "measures": self.measures, "places": self.places,
-        }  # fmt: skip
 
 
 def mode_path(

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, whole
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR
 from mafsil.parallel.platforms.pose_space import PoseSpace, pose_space, regular_radius, signed_measure
 from mafsil.parallel.platforms.stewart import StewartPlatform
@@ -40,7 +39,7 @@ class NearestStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class NearestSingularity(SingleAnswer):
+class NearestSingularity(Answer, data="free x starts converged"):
     """The singular pose nearest to a pose, of those that were found; true if one was.
 
     Attributes:
@@ -62,23 +61,9 @@ class NearestSingularity(SingleAnswer):
     starts: int
     converged: int
 
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
-    def explain(self, language: str | None = None) -> str:
-        """Both lengths, and what they rest on."""
-        return self.status.sentence(
-            language, distance=self.distance, free=self.free, size=self.size, starts=self.starts,
-            converged=self.converged,
-        )  # fmt: skip
-
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(), "free": self.free,
-            "distance": self.distance if np.isfinite(self.distance) else None, "x": self.x,
-            "starts": self.starts, "converged": self.converged,
-        }  # fmt: skip
+        return Answer.to_dict(self) | {"distance": self.distance if np.isfinite(self.distance) else None}
 
 
 def nearest_singularity(

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -24,7 +24,6 @@ from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.geometry.quaternion import to_quaternion
 from mafsil.lazy_module import lazily
-from mafsil.messages.tables import on_screen
 from mafsil.parallel.legs.leg_lines import forces_for, line_matrix, rates, resultant, unit_vectors
 from mafsil.parallel.platforms.assembly_modes import PlatformModes
 from mafsil.parallel.platforms.certificate import Certificate, certificate_of
@@ -339,7 +338,7 @@ class ForwardStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ForwardPoses(Answer):
+class ForwardPoses(Answer, data="T found error steps"):
     """Poses of the platform near first ones; true if all were found, iterable over the rows of the batch.
 
     Attributes:
@@ -365,17 +364,11 @@ class ForwardPoses(Answer):
             return ForwardStatus.SOME
         return ForwardStatus.SINGULAR if (self.pivot == 0.0).all() else ForwardStatus.NOT_FOUND
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return int(self.found.size)
 
     def __iter__(self) -> Iterator[Floats]:
         return iter(self.T.reshape(-1, 4, 4))
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     def explain(self, language: str | None = None) -> str:
         """How many were found, and the largest error of a leg."""
@@ -383,10 +376,3 @@ class ForwardPoses(Answer):
             language, found=int(self.found.sum()), count=self.found.size, error=float(self.error.max(initial=0.0)),
             steps=int(self.steps.max(initial=0)),
         )  # fmt: skip
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(), "T": self.T, "found": np.asarray(self.found), "error": self.error,
-            "steps": self.steps,
-        }  # fmt: skip

@@ -35,7 +35,6 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, not_negative, positive, real_array, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.messages.tables import on_screen
 from mafsil.solvers import levenberg_marquardt
 
 Complexes = NDArray[np.complex128]
@@ -62,7 +61,7 @@ class ThreeRPSStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ThreeRPSModes(Answer):
+class ThreeRPSModes(Answer, data="T theta error misfit nearest"):
     """All solutions of a platform on three legs RPS; true if there is a real one, iterable over the real poses.
 
     Attributes:
@@ -93,17 +92,11 @@ class ThreeRPSModes(Answer):
             return ThreeRPSStatus.ALL if self.real else ThreeRPSStatus.NONE
         return ThreeRPSStatus.SOME if self.real else ThreeRPSStatus.NOT_FOUND
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
     def __len__(self) -> int:
         return self.real
 
     def __iter__(self) -> Iterator[Floats]:
         return iter(self.T)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     def explain(self, language: str | None = None) -> str:
         """How many solutions there are, real and complex, and how exactly the distances fit."""
@@ -114,10 +107,7 @@ class ThreeRPSModes(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name.lower(), "T": self.T, "theta": self.theta, "complex": len(self.t),
-            "error": self.error, "misfit": self.misfit, "nearest": self.nearest,
-        }  # fmt: skip
+        return Answer.to_dict(self) | {"complex": len(self.t)}
 
 
 @dataclass(frozen=True)

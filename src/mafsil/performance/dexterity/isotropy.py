@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +25,7 @@ class IsotropyStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class IsotropySearch(Answer):
+class IsotropySearch(Answer, data="q condition_number starts", entries="q"):
     """What a search found; true if there is an isotropic configuration among it.
 
     Attributes:
@@ -52,24 +50,6 @@ class IsotropySearch(Answer):
 
     def __bool__(self) -> bool:
         return self.found
-
-    def __len__(self) -> int:
-        return len(self.q)
-
-    def __iter__(self) -> Iterator[JointVector]:
-        return iter(self.q)
-
-    def __repr__(self) -> str:
-        return self.explain()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name.lower(),
-            "q": self.q,
-            "condition_number": self.condition_number,
-            "starts": self.starts,
-        }
 
     def explain(self, language: str | None = None) -> str:
         """The answer in a sentence."""

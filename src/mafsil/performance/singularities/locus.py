@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +10,6 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 from mafsil.performance.singularities.determinant import (
     LONGEST,
     DeterminantFactor,
@@ -83,7 +81,7 @@ class LocusStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SingularityLocus(Answer):
+class SingularityLocus(Answer, entries="components", data="components"):
     """All components of the singularity locus of an arm, iterable; true if every sample is singular by rank.
 
     Attributes:
@@ -106,18 +104,6 @@ class SingularityLocus(Answer):
             return LocusStatus.NOT_VERIFIED
         return LocusStatus.EMPTY if all(component.empty for component in self.components) else LocusStatus.VERIFIED
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.components)
-
-    def __iter__(self) -> Iterator[LocusComponent]:
-        return iter(self.components)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     def explain(self, language: str | None = None) -> str:
         """The determinant, then the components, then how many samples are singular by rank."""
         lines = [f"{k}. {component.explain(language)}" for k, component in enumerate(self.components, 1)]
@@ -130,21 +116,7 @@ class SingularityLocus(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the components."""
-        return {
-            "status": self.status.name.lower(),
-            "factors": [factor.formula for factor in self.determinant.factors],
-            "components": [
-                {
-                    "condition": component.condition,
-                    "joints": list(component.joints),
-                    "samples": component.samples,
-                    "verified": component.verified,
-                    "within_limits": component.within_limits,
-                    "causes": list(component.causes),
-                }
-                for component in self.components
-            ],
-        }
+        return Answer.to_dict(self) | {"factors": [factor.formula for factor in self.determinant.factors]}
 
 
 @of_robot

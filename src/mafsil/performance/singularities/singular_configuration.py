@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.algebra.tolerance import SMALLEST_DIVISOR as SMALLEST
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, not_negative
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -217,7 +217,11 @@ class SingularityStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Singularity(SingleAnswer):
+class Singularity(
+    Answer,
+    data="singular robot q task rank generic_rank full_rank singular_values length in_doubt cases "
+    "null_rates lost_twists carried_wrenches=wrenches",
+):
     """What one configuration can and cannot do: true if it is singular.
 
     Attributes:
@@ -323,23 +327,7 @@ class Singularity(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
-        ranks = {"rank": self.rank, "generic_rank": self.generic_rank, "full_rank": self.full_rank}
-        return {
-            "status": self.status.name.lower(),
-            "singular": self.singular,
-            "robot": self.robot,
-            "q": self.q,
-            "task": self.task,
-            **ranks,
-            "singular_values": self.singular_values,
-            "length": self.length,
-            "in_doubt": self.in_doubt,
-            "causes": [cause.sentence() for cause in self.causes],
-            "cases": list(self.cases),
-            "null_rates": self.null_rates,
-            "lost_twists": self.lost_twists,
-            "carried_wrenches": self.wrenches,
-        }
+        return Answer.to_dict(self) | {"causes": [cause.sentence() for cause in self.causes]}
 
 
 def _cause_line(cause: SingularityCause, language: str | None) -> str:

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, Vector3, Vector6, as_batch, not_negative, single
 from mafsil.errors import InputError
 from mafsil.fields import checked, vector
@@ -219,7 +219,7 @@ class EquilibriumStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class VirtualWork(SingleAnswer):
+class VirtualWork(Answer, data="rates work"):
     """Whether a system of bodies is in equilibrium: its loads do no work in any motion that its constraints allow.
 
     Attributes:
@@ -244,10 +244,6 @@ class VirtualWork(SingleAnswer):
         """Whether it is in equilibrium, and the largest power."""
         power = float(np.abs(self.work).max(initial=0.0))
         return self.status.sentence(language, power=power, motions=len(self.rates))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name.lower(), "rates": self.rates, "work": self.work}
 
 
 def virtual_work(

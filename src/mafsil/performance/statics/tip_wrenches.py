@@ -14,7 +14,6 @@ from mafsil.arrays import Floats, JointVector, Vector6, as_batch, not_negative, 
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.messages import say
-from mafsil.messages.tables import on_screen
 from mafsil.performance.singularities.screw_parameters import vector_text, wrench_screw
 from mafsil.performance.singularities.singular_configuration import wrenches_of
 from mafsil.performance.tolerances import CLEAR, COARSEST, ROUNDOFF, SMALLEST
@@ -86,7 +85,7 @@ def joint_torque(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TipWrench(Answer):
+class TipWrench(Answer, data="F unbalanced rank carried self_motion"):
     """The wrench at the tip that balances joint efforts, as far as there is one: true where all efforts determine it.
 
     Attributes:
@@ -122,15 +121,6 @@ class TipWrench(Answer):
 
     def __iter__(self) -> Iterator[Floats]:
         return iter(self.F if self.codes.ndim else (self.F,))
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the answer."""
-        names = np.array([status.name.lower() for status in STATUSES])[self.codes]
-        found = {"F": self.F, "unbalanced": self.unbalanced, "rank": self.rank}
-        return {"status": names.tolist(), **found, "carried": self.carried, "self_motion": self.self_motion}
 
     def explain(self, *index: int, language: str | None = None) -> str:
         """Whether F is the answer, and if not why; wrenches carried by the structure one by one.

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, number, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -46,7 +46,7 @@ class WorkspaceStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WorkspaceMap(SingleAnswer):
+class WorkspaceMap(Answer, data="robot view unit cell samples seed bounds"):
     """Cells of space and what was seen in them: true if any was reached.
 
     Attributes:
@@ -98,19 +98,8 @@ class WorkspaceMap(SingleAnswer):
     def to_dict(self) -> dict[str, Any]:
         """Plain data: sizes, bounds and voids; the grid itself is `counts`."""
         size, error = self.volume()
-        return {
-            "status": self.status.name.lower(),
-            "robot": self.robot,
-            "view": self.view,
-            "size": size,
-            "error": error,
-            "unit": self.unit,
-            "cell": self.cell,
-            "samples": self.samples,
-            "seed": self.seed,
-            "bounds": {name: list(ends) for name, ends in self.bounds.items()},
-            "voids": [{"place": void[:-1], "size": float(void[-1])} for void in self.voids()],
-        }
+        voids = [{"place": void[:-1], "size": float(void[-1])} for void in self.voids()]
+        return Answer.to_dict(self) | {"size": size, "error": error, "voids": voids}
 
     @property
     def reached(self) -> NDArray[np.bool_]:

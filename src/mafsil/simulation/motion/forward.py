@@ -37,7 +37,7 @@ DEFAULT_STEP = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ForwardMotion(Answer):
+class ForwardMotion(Answer, data="method t q qd qdd tau"):
     """What efforts made of an initial state: recorded at the steps, and known at any time between.
 
     True if the motion reached its end or a terminal event; iterable over the motions of a batch.
@@ -142,9 +142,8 @@ class ForwardMotion(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Status, method, events and the motion at the steps."""
-        arrays = {"t": self.t, "q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau}
         events = [{"time": event.t, "event": event.event, "batch": event.batch} for event in self.events]
-        return {"status": self.status.name, "method": self.method, "events": events, **arrays}
+        return Answer.to_dict(self) | {"events": events}
 
     def _of_batch(self, k: int) -> ForwardMotion:
         """One motion of a batch, with its own events."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf
 from time import perf_counter
-from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,7 +39,7 @@ BodyWrench = Callable[[float, PoseMatrix, Vector6], ArrayLike]
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class FreeBodyMotion(Answer):
+class FreeBodyMotion(Answer, data="t T V"):
     """Poses and twists of a body over time; true if the motion reached its end.
 
     Attributes:
@@ -62,19 +61,13 @@ class FreeBodyMotion(Answer):
     def __bool__(self) -> bool:
         return self.outcome.succeeded
 
-    def __len__(self) -> int:
-        return 1
-
-    def __iter__(self) -> Iterator[Self]:
-        return iter((self,))
-
-    def __repr__(self) -> str:
+    def _table(self) -> list[str]:
         names = ("x", "y", "z", "ω_x", "ω_y", "ω_z", "v_x", "v_y", "v_z")
         values = np.concatenate([self.T[:, :3, 3], self.V], axis=1)
         columns = (values[0], values[-1], values.min(axis=0), values.max(axis=0))
         rows = [[name, *(number(float(x)) for x in row)] for name, *row in zip(names, *columns, strict=True)]
         head = [say(f"simulation.column_{name}") for name in ("component", "start", "end", "lowest", "highest")]
-        return "\n".join([self.explain(), *table(head, rows)])
+        return table(head, rows)
 
     def _repr_html_(self) -> str:
         return in_notebook(repr(self))
@@ -104,10 +97,6 @@ class FreeBodyMotion(Answer):
     def explain(self, language: str | None = None) -> str:
         """How the integration ended, in one sentence."""
         return self.outcome.explain(language)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Status, times, poses and body twists."""
-        return {"status": self.status.name, "t": self.t, "T": self.T, "V": self.V}
 
 
 def free_body_motion(

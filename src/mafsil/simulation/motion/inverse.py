@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Self, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,7 +40,7 @@ class EffortStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class InverseMotion(Answer):
+class InverseMotion(Answer, data="joints t q qd qdd tau"):
     """A motion with the efforts it needs, at given times; true if all of them are finite.
 
     Attributes:
@@ -56,15 +56,6 @@ class InverseMotion(Answer):
     qd: JointVector
     qdd: JointVector
     tau: JointVector
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return 1
-
-    def __iter__(self) -> Iterator[Self]:
-        return iter((self,))
 
     def __repr__(self) -> str:
         peaks = {"rate": self.qd, "acceleration": self.qdd, "effort": self.tau}
@@ -83,11 +74,6 @@ class InverseMotion(Answer):
         finite = np.isfinite(self.tau).reshape(len(self.t), -1).all(axis=1)
         time = float(self.t[int(np.argmin(finite))]) if len(self.t) else 0.0
         return self.status.sentence(language, count=len(self.t), time=time)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Status, times, motion and efforts."""
-        arrays = {"t": self.t, "q": self.q, "qd": self.qd, "qdd": self.qdd, "tau": self.tau}
-        return {"status": self.status.name, "joints": list(self.joints), **arrays}
 
     @property
     def power(self) -> Floats:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from mafsil.answer import Answer
 from mafsil.arrays import not_negative
@@ -18,7 +16,7 @@ NAMES = ("upper", "velocity", "acceleration", "jerk")
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Continuity(Answer):
+class Continuity(Answer, data="order jumps", entries="jumps"):
     """How often a trajectory is continuously differentiable; true if its velocity does not jump.
 
     Attributes:
@@ -31,15 +29,6 @@ class Continuity(Answer):
 
     def __bool__(self) -> bool:
         return self.order >= 1
-
-    def __len__(self) -> int:
-        return len(self.jumps)
-
-    def __iter__(self) -> Iterator[Jump]:
-        return iter(self.jumps)
-
-    def __repr__(self) -> str:
-        return self.explain()
 
     @property
     def status(self) -> ContinuityStatus:
@@ -54,10 +43,6 @@ class Continuity(Answer):
         quantity = say(f"trajectory.{NAMES[worst.order]}", language=language)
         sentence = say("trajectory.jump", language=language, quantity=quantity, count=len(self.jumps), **asdict(worst))
         return f"{sentence}; {self.status.sentence(language)}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name, "order": self.order, "jumps": [asdict(jump) for jump in self.jumps]}
 
 
 def continuity(trajectory: Trajectory, *, ends: bool = True, tolerance: float = JUMP) -> Continuity:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -77,7 +75,7 @@ class Violation:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class LimitCheck(Answer):
+class LimitCheck(Answer, data="violations", entries="violations"):
     """True if the trajectory keeps every limit; iterable over the violations.
 
     Attributes:
@@ -89,15 +87,6 @@ class LimitCheck(Answer):
     def __bool__(self) -> bool:
         return not self.violations
 
-    def __len__(self) -> int:
-        return len(self.violations)
-
-    def __iter__(self) -> Iterator[Violation]:
-        return iter(self.violations)
-
-    def __repr__(self) -> str:
-        return self.explain()
-
     @property
     def status(self) -> LimitStatus:
         """Whether every limit is kept."""
@@ -108,10 +97,6 @@ class LimitCheck(Answer):
         if not self.violations:
             return self.status.sentence(language)
         return "\n".join(violation.explain(language) for violation in self.violations)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Status and violations as plain data."""
-        return {"status": self.status.name, "violations": [asdict(violation) for violation in self.violations]}
 
 
 def check(

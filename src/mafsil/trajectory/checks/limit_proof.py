@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import comb
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +21,7 @@ QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class LimitProof(Answer):
+class LimitProof(Answer, data="violations in_doubt halvings tolerance", entries="violations"):
     """True if it is proven that every limit is kept at every time.
 
     Attributes:
@@ -37,18 +35,6 @@ class LimitProof(Answer):
     in_doubt: int
     halvings: int
     tolerance: float
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.violations)
-
-    def __iter__(self) -> Iterator[Violation]:
-        return iter(self.violations)
-
-    def __repr__(self) -> str:
-        return self.explain()
 
     @property
     def status(self) -> ProofStatus:
@@ -64,16 +50,6 @@ class LimitProof(Answer):
         return self.status.sentence(
             language, in_doubt=self.in_doubt, halvings=max(self.halvings, 0), tolerance=self.tolerance
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "status": self.status.name,
-            "violations": [asdict(violation) for violation in self.violations],
-            "in_doubt": self.in_doubt,
-            "halvings": self.halvings,
-            "tolerance": self.tolerance,
-        }
 
 
 def prove(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -130,7 +130,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class RequirementCheck(Answer):
+class RequirementCheck(Answer, entries="findings"):
     """True if all requirements are met; iterable over what was found.
 
     Attributes:
@@ -141,15 +141,6 @@ class RequirementCheck(Answer):
 
     def __bool__(self) -> bool:
         return all(finding.met for finding in self.findings)
-
-    def __len__(self) -> int:
-        return len(self.findings)
-
-    def __iter__(self) -> Iterator[Finding]:
-        return iter(self.findings)
-
-    def __repr__(self) -> str:
-        return self.explain()
 
     @property
     def status(self) -> RequirementStatus:
@@ -165,7 +156,7 @@ class RequirementCheck(Answer):
         rows = [
             {"kind": type(f.requirement).__name__, "met": f.met, "measured": f.measured, "time": f.time} for f in self
         ]
-        return {"status": self.status.name, "findings": rows}
+        return {"status": self.status.name.lower(), "findings": rows}
 
 
 def require(trajectory: Trajectory, *requirements: Requirement) -> RequirementCheck:

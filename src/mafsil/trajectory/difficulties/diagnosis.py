@@ -14,7 +14,6 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.ik import SolutionSet, inverse_kinematics
-from mafsil.messages.tables import on_screen
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome
 from mafsil.trajectory.difficulties.branch_changes import branch_change, place_of
@@ -54,7 +53,7 @@ class PathStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PathDiagnosis(Answer):
+class PathDiagnosis(Answer, data="s q rates", entries="difficulties"):
     """True if the path can be followed; iterable over its difficulties, in the order of s.
 
     Attributes:
@@ -81,18 +80,6 @@ class PathDiagnosis(Answer):
     difficulties: tuple[Difficulty, ...]
     followed: Outcome[PiecewisePolynomial | None] | None
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.difficulties)
-
-    def __iter__(self) -> Iterator[Difficulty]:
-        return iter(self.difficulties)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
-
     @property
     def status(self) -> PathStatus:
         """FOLLOWABLE only if the joints were led along the whole path."""
@@ -109,8 +96,7 @@ class PathDiagnosis(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
-        return {
-            "status": self.status.name,
+        return Answer.to_dict(self) | {
             "difficulties": [
                 {
                     "kind": type(each).__name__,
@@ -119,10 +105,7 @@ class PathDiagnosis(Answer):
                     "text": each.explain("en"),
                 }
                 for each in self.difficulties
-            ],
-            "s": self.s,
-            "q": self.q,
-            "rates": self.rates,
+            ]
         }
 
 

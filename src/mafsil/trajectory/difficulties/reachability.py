@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, whole
 from mafsil.errors import InputError
 from mafsil.ik import SolutionBatch, inverse_kinematics
@@ -45,7 +45,7 @@ class PathReachStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PathReach(SingleAnswer):
+class PathReach(Answer, data="unreachable beyond_limits samples"):
     """Where a path can be followed, without and with joint limits.
 
     Attributes:
@@ -75,13 +75,7 @@ class PathReach(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "status": self.status.name,
-            "unreachable": [list(part) for part in self.unreachable],
-            "beyond_limits": [list(part) for part in self.beyond_limits],
-            "branches": [[list(part) for part in parts] for parts in self.branches],
-            "samples": self.samples,
-        }
+        return Answer.to_dict(self) | {"branches": [[list(part) for part in parts] for parts in self.branches]}
 
 
 @of_robot

@@ -5,7 +5,7 @@ Detours in joints around the places where a path cannot be followed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, Literal, get_args
@@ -18,7 +18,6 @@ from mafsil.errors import InputError
 from mafsil.mechanics.arm_size import arm_length
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
-from mafsil.messages.tables import on_screen
 from mafsil.trajectory.difficulties.changed_paths import MovedBasePath, PathPart, TurnedToolPath
 from mafsil.trajectory.difficulties.diagnosis import PathDiagnosis, diagnose_path
 from mafsil.trajectory.difficulties.difficulty import BranchChange
@@ -92,7 +91,7 @@ class PathRemedy:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PathRemedies(Answer):
+class PathRemedies(Answer, entries="remedies"):
     """True if the path can be followed as it is or after one of the changes; iterable over them.
 
     Attributes:
@@ -102,18 +101,6 @@ class PathRemedies(Answer):
 
     diagnosis: PathDiagnosis
     remedies: tuple[PathRemedy, ...]
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.remedies)
-
-    def __iter__(self) -> Iterator[PathRemedy]:
-        return iter(self.remedies)
-
-    def __repr__(self) -> str:
-        return on_screen(self.explain())
 
     @property
     def status(self) -> MendStatus:
@@ -140,7 +127,7 @@ class PathRemedies(Answer):
             }
             for each in self
         ]
-        return {"status": self.status.name, "remedies": rows}
+        return {"status": self.status.name.lower(), "remedies": rows}
 
 
 def suggest_path_fixes(

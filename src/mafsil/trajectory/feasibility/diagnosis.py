@@ -56,7 +56,7 @@ class Obstruction:
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class Diagnosis(Answer):
+class Diagnosis(Answer, entries="obstructions"):
     """True if the request is possible as it is; iterable over what obstructs it.
 
     Attributes:
@@ -71,15 +71,6 @@ class Diagnosis(Answer):
 
     def __bool__(self) -> bool:
         return not self.obstructions
-
-    def __len__(self) -> int:
-        return len(self.obstructions)
-
-    def __iter__(self) -> Iterator[Obstruction]:
-        return iter(self.obstructions)
-
-    def __repr__(self) -> str:
-        return self.explain()
 
     @property
     def status(self) -> RequestStatus:
@@ -115,7 +106,7 @@ class Diagnosis(Answer):
     def to_dict(self) -> dict[str, Any]:
         """Status, obstructions and remedies as plain data."""
         return {
-            "status": self.status.name,
+            "status": self.status.name.lower(),
             "duration": self.request.duration,
             "obstructions": [
                 {

@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from mafsil.answer import SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.errors import InputError
 from mafsil.robot import Robot
 from mafsil.trajectory.checks.limit_check import LimitCheck, check
@@ -37,7 +37,7 @@ class ExportStatus(Status):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class TrajectoryFile(SingleAnswer):
+class TrajectoryFile(Answer):
     """True if the file was written; false, and nothing written, if the trajectory exceeds a limit.
 
     Attributes:
@@ -60,7 +60,7 @@ class TrajectoryFile(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Status, path, number of rows and violations as plain data."""
-        data = {"status": self.status.name, "path": str(self.path), "rows": self.rows}
+        data = {"status": self.status.name.lower(), "path": str(self.path), "rows": self.rows}
         return data | {"violations": self.limit_check.to_dict()["violations"]}
 
 

@@ -60,7 +60,7 @@ class Pieces:
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class JerkLimitedMotion(Answer):
+class JerkLimitedMotion(Answer, data="duration ruling synchronised"):
     """The shortest motion between states within limits of velocity, acceleration and jerk: a trajectory and an answer.
 
     True if there is one. Otherwise it has no duration, `explain()` says why, and its values cannot be asked for.
@@ -80,15 +80,6 @@ class JerkLimitedMotion(Answer):
     ruling: int
     synchronised: Synchronise
     pieces: Pieces
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return 1
-
-    def __iter__(self) -> Iterator[JerkLimitedMotion]:
-        return iter((self,))
 
     def __repr__(self) -> str:
         return overview(self) if self else self.explain()
@@ -164,13 +155,7 @@ class JerkLimitedMotion(Answer):
             {"durations": self.pieces.times[0, i, :count].tolist(), "jerks": self.pieces.jerks[0, i, :count].tolist()}
             for i, count in enumerate(self.pieces.count[0].astype(int) if self else [])
         ]
-        return {
-            "status": self.status.name,
-            "duration": self.duration,
-            "ruling": self.ruling,
-            "synchronised": self.synchronised,
-            "pieces": pieces,
-        }
+        return Answer.to_dict(self) | {"pieces": pieces}
 
     def _require(self) -> None:
         if not self:
@@ -189,7 +174,7 @@ class JerkLimitedMotion(Answer):
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class JerkLimitedBatch(Answer):
+class JerkLimitedBatch(Answer, data="duration ruling"):
     """Many jerk-limited motions within the same limits; indexing gives one of them.
 
     Memory: 248 bytes for each coordinate of each row.
@@ -250,9 +235,6 @@ class JerkLimitedBatch(Answer):
             raise InputError("input.shape", name="index", expected=self.shape, got=place, hint="")
         return self._row(int(np.arange(len(self.outcome)).reshape(self.shape)[place]))
 
-    def __repr__(self) -> str:
-        return self.explain()
-
     def at(self, t: ArrayLike) -> Motion:
         """Position, velocity and acceleration (*times, *batch, n) of all motions at the times `t` (*times) [s].
 
@@ -277,14 +259,6 @@ class JerkLimitedBatch(Answer):
             return "\n".join(row.explain(language) for row in failed[:20])
         longest = float(self.outcome[:, 3].max(initial=0.0))
         return JerkStatus.PLANNED.sentence(language, duration=longest, joint=0)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: statuses, durations and ruling coordinates."""
-        return {
-            "status": [status.name for status in self.status],
-            "duration": self.duration,
-            "ruling": self.ruling,
-        }
 
     def _row(self, row: int) -> JerkLimitedMotion:
         code, ruling, mode, duration = self.outcome[row]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,7 +34,7 @@ PART_ROWS = 16
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
-class ViaMotion(Answer):
+class ViaMotion(Answer, data="duration stops passing velocities accelerations"):
     """A jerk-limited motion through via points: a trajectory and an answer.
 
     Attributes:
@@ -55,12 +54,6 @@ class ViaMotion(Answer):
 
     def __bool__(self) -> bool:
         return bool(self.motion)
-
-    def __len__(self) -> int:
-        return 1
-
-    def __iter__(self) -> Iterator[ViaMotion]:
-        return iter((self,))
 
     def __repr__(self) -> str:
         return overview(self) if self else self.explain()
@@ -106,17 +99,6 @@ class ViaMotion(Answer):
             return say("jerk.through", language=language, **details)
         failed = int(np.argmax(~np.isfinite(self.passing)))
         return say("jerk.segment", language=language, index=failed - 1, reason=self.motion.explain(language))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: status, duration, the duration with stops, and the states at the via points."""
-        return {
-            "status": self.status.name,
-            "duration": self.duration,
-            "stops": self.stops,
-            "passing": self.passing,
-            "velocities": self.velocities,
-            "accelerations": self.accelerations,
-        }
 
 
 def jerk_limited_through(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -49,7 +48,7 @@ class Route:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class RouteComparison(Answer):
+class RouteComparison(Answer, entries="routes"):
     """Both routes; true if the tip can keep to the straight line.
 
     Attributes:
@@ -61,18 +60,6 @@ class RouteComparison(Answer):
     routes: tuple[Route, ...]
     status: Status
     reason: str
-
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.routes)
-
-    def __iter__(self) -> Iterator[Route]:
-        return iter(self.routes)
-
-    def __repr__(self) -> str:
-        return self.explain()
 
     def explain(self, language: str | None = None) -> str:
         """A table, and what stopped the straight line."""
@@ -95,7 +82,7 @@ class RouteComparison(Answer):
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         rows = {r.name: r.ticks.to_dict() | {"peak_rate": r.peak_rate, "off_chord": r.off_chord} for r in self.routes}
-        return {"status": self.status.name, "routes": rows}
+        return {"status": self.status.name.lower(), "routes": rows}
 
     def _repr_html_(self) -> str:
         return in_notebook(self.explain())

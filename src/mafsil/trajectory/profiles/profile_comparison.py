@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -74,7 +73,7 @@ class ProfileRun:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ProfileComparison(Answer):
+class ProfileComparison(Answer, entries="runs"):
     """All profiles on the same way, the quickest first; true if one keeps all limits, those of effort included.
 
     Attributes:
@@ -85,20 +84,8 @@ class ProfileComparison(Answer):
     runs: tuple[ProfileRun, ...]
     limits: MotionLimits
 
-    def __bool__(self) -> bool:
-        return self.status.succeeded
-
-    def __len__(self) -> int:
-        return len(self.runs)
-
-    def __iter__(self) -> Iterator[ProfileRun]:
-        return iter(self.runs)
-
     def __getitem__(self, name: str) -> ProfileRun:
         return {run.name: run for run in self.runs}[name]
-
-    def __repr__(self) -> str:
-        return self.explain()
 
     @property
     def status(self) -> ComparisonStatus:
@@ -123,7 +110,7 @@ class ProfileComparison(Answer):
         """Plain data: status, and the numbers of each profile."""
         names = ("duration", "velocity", "acceleration", "jerk", "effort", "mean_effort", "exceeds")
         runs = {run.name: {name: getattr(run, name) for name in names} for run in self.runs}
-        return {"status": self.status.name, "runs": runs}
+        return {"status": self.status.name.lower(), "runs": runs}
 
 
 def compare_profiles(points: ArrayLike, limits: Limits, *, robot: Robot | None = None) -> ProfileComparison:

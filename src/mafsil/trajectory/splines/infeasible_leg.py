@@ -53,7 +53,7 @@ class InfeasibleLeg:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {name: getattr(self, name) for name in self.__slots__} | {"status": self.status.name}
+        return {name: getattr(self, name) for name in self.__slots__} | {"status": self.status.name.lower()}
 
     def explain(self, language: str | None = None) -> str:
         """What is lacking, and what would do."""

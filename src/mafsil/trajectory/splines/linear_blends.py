@@ -38,7 +38,7 @@ SLOWER = 1.1
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BlendPlan(Answer):
+class BlendPlan(Answer, data="points durations acceleration blend slope straight miss infeasible"):
     """Straight lines with blends; true if every leg of every row of the batch holds its blends.
 
     Attributes:
@@ -72,9 +72,6 @@ class BlendPlan(Answer):
     def __iter__(self) -> Any:
         return iter(self.infeasible)
 
-    def __repr__(self) -> str:
-        return self.explain()
-
     @property
     def status(self) -> Any:
         """The status, a member of `BlendStatus`; of a batch an array (*batch,) of them."""
@@ -97,16 +94,6 @@ class BlendPlan(Answer):
             count = int(np.prod(self.points.shape[:-2]))
             lines.insert(0, say("trajectory.blends_batch", language=language, bad=len(lines), count=count))
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the plan."""
-        names = ("points", "durations", "acceleration", "blend", "slope", "straight", "miss")
-        status = self.status
-        return {
-            "status": status.name if isinstance(status, BlendStatus) else [each.name for each in status.ravel()],
-            **{name: getattr(self, name) for name in names},
-            "infeasible": [leg.to_dict() for leg in self.infeasible],
-        }
 
 
 def linear_blends(

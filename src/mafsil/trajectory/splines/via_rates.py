@@ -19,7 +19,7 @@ from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ViaRates(Answer):
+class ViaRates(Answer, data="qd condition damping residual exact most_condition"):
     """Joint rates for velocities of the tip; true where all are made.
 
     Attributes:
@@ -47,9 +47,6 @@ class ViaRates(Answer):
     def __iter__(self) -> Iterator[JointVector]:
         return iter(self.qd if self.exact.ndim else (self.qd,))
 
-    def __repr__(self) -> str:
-        return self.explain()
-
     @property
     def status(self) -> Any:
         """The status, a member of `ViaRateStatus`; of a batch an array (*batch,) of them."""
@@ -68,11 +65,6 @@ class ViaRates(Answer):
             status: ViaRateStatus = self.status[worst] if self.exact.ndim else self.status
             lines.append(status.sentence(language, most=self.most_condition, **details))
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the answer."""
-        names = ("qd", "condition", "damping", "residual", "exact", "most_condition")
-        return {name: getattr(self, name) for name in names}
 
 
 @of_robot

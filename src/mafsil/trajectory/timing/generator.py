@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.answer import SingleAnswer
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, positive, require_kind
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
@@ -42,7 +42,7 @@ class MotionSource(Protocol):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class TickReport(SingleAnswer):
+class TickReport(Answer):
     """How long the ticks took, against the period; true if none overran it.
 
     Attributes:
@@ -73,7 +73,7 @@ class TickReport(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {name: getattr(self, name) for name in self.__slots__} | {"status": self.status.name}
+        return {name: getattr(self, name) for name in self.__slots__} | {"status": self.status.name.lower()}
 
 
 @dataclass(eq=False)

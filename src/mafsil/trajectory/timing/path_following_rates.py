@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.answer import SingleAnswer
+from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, positive, single
 from mafsil.errors import InputError
 from mafsil.ik import Track, TrackTask, track
@@ -28,7 +28,7 @@ CUTOFF = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class JointMotion(SingleAnswer):
+class JointMotion(Answer, data="by times q qd qdd"):
     """Joints at every update of a motion of the tip; true if the branch was kept to the end.
 
     Attributes:
@@ -53,11 +53,6 @@ class JointMotion(SingleAnswer):
     def explain(self, language: str | None = None) -> str:
         """How the path was tracked."""
         return self.track.explain(language)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data; arrays are those of the answer."""
-        arrays = {"times": self.times, "q": self.q, "qd": self.qd, "qdd": self.qdd}
-        return {"status": self.status.name.lower(), "by": self.by, **arrays}
 
 
 @of_robot

@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from mafsil.answer import Answer, SingleAnswer, Status
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, frozen
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
@@ -62,7 +62,7 @@ class Gain(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TimeOptimal(SingleAnswer):
+class TimeOptimal(Answer, data="duration excess velocities bindings details"):
     """The shortest time along a path within limits; true if there is one.
 
     Attributes:
@@ -143,19 +143,8 @@ class TimeOptimal(SingleAnswer):
         ]
         return "\n".join([*lines, *table(head, _rows(self, language), language)])
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: status, duration, excess, velocities on the grid, bindings, details."""
-        return {
-            "status": self.status.name,
-            "duration": self.duration,
-            "excess": self.excess,
-            "velocities": self.velocities,
-            "bindings": [binding._asdict() for binding in self.bindings],
-            "details": dict(self.details),
-        }
 
-
-class TimeOptimalBatch(Answer):
+class TimeOptimalBatch(Answer, data="answers"):
     """The shortest times along many paths; true if each has one; indexed by the path.
 
     Args:
@@ -184,9 +173,6 @@ class TimeOptimalBatch(Answer):
             known = self._answers[index] = self._answer(index % len(self))
         return known
 
-    def __repr__(self) -> str:
-        return self.explain()
-
     @property
     def answers(self) -> tuple[TimeOptimal, ...]:
         """One for each path."""
@@ -212,10 +198,6 @@ class TimeOptimalBatch(Answer):
         lines = [say("trajectory.timed_batch", language=language, **details)]
         lines += [f"{k}: " + answer.explain(language) for k, answer in enumerate(self.answers) if not answer][:10]
         return "\n".join(lines)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data of each path."""
-        return {"answers": [answer.to_dict() for answer in self.answers]}
 
 
 def motion_on(path: JointPath, timing: Timing) -> PathMotion:
