@@ -112,17 +112,21 @@ def _status(answer: Any) -> Any:
 
 def plain(value: Any) -> Any:
     """A value of an answer as plain data: enums by name, answers and records by their fields, arrays as they are."""
-    if isinstance(value, Enum):
+    if _is(value, Enum):
         return value.name.lower()
     if hasattr(value, "to_dict"):
         return value.to_dict()
-    if isinstance(value, Mapping):
-        return {name: plain(each) for name, each in value.items()}
     if hasattr(value, "_asdict"):
         return plain(value._asdict())
-    if isinstance(value, tuple | list):
+    if _is(value, Mapping):
+        return {name: plain(each) for name, each in value.items()}
+    if _is(value, tuple, list):
         return [plain(each) for each in value]
     if is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     of_objects = getattr(getattr(value, "dtype", None), "hasobject", False)
     return plain(value.ravel().tolist()) if of_objects else value
+
+
+def _is(value: Any, *kinds: type) -> bool:
+    return isinstance(value, kinds)

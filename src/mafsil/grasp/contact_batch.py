@@ -74,7 +74,7 @@ class ClosureBatch(Answer, data="force_closure forces torsions certificate"):
         forces, torsions, certificate = self.forces[index], self.torsions[index], self.certificate[index]
         return ClosureBatch(chosen, forces, torsions, certificate, self.rechecked, self.contacts[index])
 
-    def explain(self, *index: int, language: str | None = None) -> str:
+    def explain(self, *index: int, language: str | None = None) -> str:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The verdict on one grasp as a sentence; without an index how many grasps are closed."""
         if index:
             return Grasp(_contacts_of(self.contacts[index])).closure().explain(language)

@@ -1,4 +1,10 @@
-"""Identification of dynamic parameters: exciting motions, logs, payloads, and the estimates with their errors."""
+"""Identification of dynamic parameters: exciting motions, logs, payloads, and the estimates with their errors.
+
+call      mf.identify(robot, log), mafsil identify
+computed  `excitation` moves, `log` and `examination` read and doubt, `regression` estimates, `consistency` keeps
+          masses possible, `result` says how sure it is
+tested    tests/identification
+"""
 
 from mafsil.lazy_module import face
 

@@ -160,7 +160,7 @@ class IKResult(Answer, data="solved q=nearest position_error rotation_error iter
         """The status of the pose, a member of `IKStatus`; of a batch an array (*batch,) of them."""
         return STATUSES[int(self.codes)] if not self.codes.ndim else _MEMBERS[self.codes]
 
-    def explain(self, *index: int, language: str | None = None) -> str:
+    def explain(self, *index: int, language: str | None = None) -> str:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The status of one pose as a sentence with its numbers.
 
         Of a batch, without an index, how many are solved, and the sentences of those that are not.

@@ -1,4 +1,11 @@
-"""Mobility of mechanisms, closed chains and configuration spaces; `mf.mobility(mechanism).explain()`."""
+"""Mobility of mechanisms, closed chains and configuration spaces; `mf.mobility(mechanism).explain()`.
+
+call      mf.mobility(file or linkage), mafsil mobility; trace_motion, assembly_modes, synthesise_motion
+computed  `report` asks `gruebler`, `instantaneous`, `finite`; `tracing` and `surface` follow configurations,
+          `linkages.linkage` holds the mechanism, `synthesis.motion` designs
+compiled  `rank_loops`
+tested    tests/mobility, tests/reliability/mechanisms.py, shaky_parts.py
+"""
 
 import sys
 from typing import Any

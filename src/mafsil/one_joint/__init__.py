@@ -1,4 +1,11 @@
-"""One controlled joint in closed form: error dynamics, stability, responses, gains, drives, friction, sampled loops."""
+"""One controlled joint in closed form: error dynamics, stability, responses, gains, drives, friction, sampled loops.
+
+call      mf.one_joint.gain_design, root_locus, second_order ...
+computed  `error_dynamics`, `gain_design`, `root_locus`, `routh`, `margins`, `discrete_loop`; `drives.motor`,
+          `drives.gear`, `drives.elastic_joint`
+compiled  `arm_loops`
+tested    tests/control, tests/reliability/routh_roots.py
+"""
 
 from mafsil.lazy_module import face
 

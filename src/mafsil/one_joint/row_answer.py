@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mafsil.answer import Answer, Status
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 
 
 class RowAnswer(Answer):
@@ -52,7 +52,7 @@ class RowAnswer(Answer):
 
     def _table(self) -> list[str]:
         if not self.verdict.ndim:
-            return on_screen(self.explain())
+            return []
         columns = {name: value.ravel().tolist() for name, value in self._columns().items()}
         names = [self.statuses[k].name.lower() for k in self.verdict.ravel().tolist()]
         rows = [(f"{k} {name}", *(number(column[k]) for column in columns.values())) for k, name in enumerate(names)]

@@ -1,4 +1,13 @@
-"""Planning: paths that meet nothing, among polygons, for arms, in any number of coordinates; several robots in time."""
+"""Planning: paths that meet nothing, among polygons, for arms, in any number of coordinates; several robots in time.
+
+call      mf.plan(robot, obstacles, start, goal), mf.optimal_base_placement; mafsil plan
+computed  `arm_planning` asks `arm_search`, then `shortening`; `path_constraints` keep a tool upright,
+          `coordination` and `prioritized` lead several arms; `polygons` and `visibility` are the plane of the
+          textbook
+compiled  `arm_search_loops` (RRT-Connect; every motion of its path is proved by `mafsil.collision`),
+          `roadmap_loops`, `shorten_loops`
+tested    tests/planning, tests/reliability/planning_scenes.py, coal_paths.py, several_arms.py
+"""
 
 from mafsil.lazy_module import face
 

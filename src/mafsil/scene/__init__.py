@@ -1,4 +1,9 @@
-"""What reports and pages draw: a robot as solids in Python, and the scripts that show solids in a browser."""
+"""What reports and pages draw: a robot as solids in Python, and the scripts that show solids in a browser.
+
+call      no public face: pages draw with it
+computed  `solids` of a robot, `drawing` and `modules` the scripts, `inline` puts them into one file
+tested    tests/page, tests/report
+"""
 
 from mafsil.lazy_module import face
 

@@ -1,4 +1,11 @@
-"""Closed loops in time: plant, law, disturbances, and the recording they leave."""
+"""Closed loops in time: plant, law, disturbances, and the recording they leave.
+
+call      mf.simulate(robot, law, ...), mf.simulation.monte_carlo
+computed  `loop` drives `plant` by a law, `fused` in one compiled loop; `rigid_run` meets surfaces, `closed_plant`
+          closes loops; `recording` is what is left
+compiled  `tally_loops`, `friction_loops`, and the fused loops of `fused`
+tested    tests/simulation, tests/reliability/conservation.py, falling_arm.py
+"""
 
 from mafsil.lazy_module import face
 

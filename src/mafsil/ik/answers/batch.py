@@ -194,7 +194,7 @@ class SolutionBatch(Answer, data="solved q valid within residual"):
         """(*batch,) what can be said about each pose, members of `IKStatus`."""
         return _MEMBERS[self.status_codes]
 
-    def explain(self, *index: int, language: str | None = None) -> str:
+    def explain(self, *index: int, language: str | None = None) -> str:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The answer to one pose in sentences; without an index how many poses have which status.
 
         Raises:

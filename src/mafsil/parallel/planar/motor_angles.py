@@ -17,7 +17,7 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.mobility.spaces.planar_positions import wrapped
 from mafsil.mobility.tolerances import TOUCHING
 
@@ -75,7 +75,7 @@ class MotorAngles(Answer, data="q misfit free reached"):
 
     def _table(self) -> list[str]:
         if self.misfit.ndim > 1 or not self:
-            return on_screen(self.explain())
+            return []
         head = (say("cli.parallel_motor"), "1 [deg]", "2 [deg]")
         rows = [(str(k + 1), *map(number, np.degrees(both).tolist())) for k, both in enumerate(self.q)]
         return table(head, rows)

@@ -12,7 +12,7 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.parallel.platforms.nearest_lengths import LegEnds, NearestLengths
 
 
@@ -88,7 +88,7 @@ class PlanarPoses(Answer, data="x count there multiplicity movable error"):
 
     def _table(self) -> list[str]:
         if self.count.ndim:
-            return on_screen(self.explain())
+            return []
         head = (say("mobility.mode_head"), "x [m]", "y [m]", "phi [deg]", say("parallel.multiplicity_head"))
         rows = [
             (str(k + 1), *map(number, [*x[:2].tolist(), float(np.degrees(x[2]))]), str(self.multiplicity[k]))

@@ -12,7 +12,7 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.messages import say
-from mafsil.messages.tables import number, on_screen, table
+from mafsil.messages.tables import number, table
 from mafsil.parallel.planar.rod_meeting import STARTS, nearest_places
 from mafsil.parallel.platforms.nearest_lengths import LegEnds, NearestLengths
 
@@ -94,7 +94,7 @@ class PlatformPoints(Answer, data="x count free missing"):
 
     def _table(self) -> list[str]:
         if self.free.ndim or not self.count:
-            return on_screen(self.explain())
+            return []
         head = (say("mobility.mode_head"), *(f"{axis} [m]" for axis in "xyz"[: self.x.shape[-1]]))
         rows = [(str(k + 1), *map(number, place.tolist())) for k, place in enumerate(self)]
         return table(head, rows)

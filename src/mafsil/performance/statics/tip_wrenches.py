@@ -122,7 +122,7 @@ class TipWrench(Answer, data="F unbalanced rank carried self_motion"):
     def __iter__(self) -> Iterator[Floats]:
         return iter(self.F if self.codes.ndim else (self.F,))
 
-    def explain(self, *index: int, language: str | None = None) -> str:
+    def explain(self, *index: int, language: str | None = None) -> str:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Whether F is the answer, and if not why; wrenches carried by the structure one by one.
 
         Of a batch, without an index, how many efforts determine F, and the sentences of the first that do not.

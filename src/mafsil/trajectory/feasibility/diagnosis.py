@@ -166,7 +166,7 @@ def suggest_fixes(
     ends = np.cumsum(request.durations)
     found = tuple(
         Obstruction(min(int(np.searchsorted(ends, each.time, side="left")), len(ends) - 1) + 1, each)
-        for each in violations
+        for each in violations.violations
     )
     return Diagnosis(request, found, remedies(request) if found else ())
 
