@@ -6,17 +6,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.geometry import (
-    euler,
-    length_units,
-    planar,
-    pose,
-    relative_motion,
-    rotation,
-    screw,
-    twist,
-    wrench,
-)
+from mafsil.geometry import euler, length_units, planar, pose, relative_motion, rotation, screw, twist, wrench
 from mafsil.geometry.logarithms import screws
 from mafsil.geometry.screw import helix
 from mafsil.geometry.wrist import Wrist

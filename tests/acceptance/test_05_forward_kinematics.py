@@ -5,12 +5,12 @@ import pytest
 
 from mafsil.geometry import planar as plane
 from mafsil.geometry import screw
-from mafsil.geometry.lines import common_normal
+from mafsil.geometry.points import common_normal
 from mafsil.model import library
 from mafsil.model.denavit_hartenberg import Convention, DHRow, dh_parameters, mechanism_from_dh
+from mafsil.model.exponential_products import screws
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.library import planar, textbook
-from mafsil.model.screw_axes import screws
 from mafsil.performance import rank
 from mafsil.robot import Robot
 from tests.acceptance.reading import cases, unread_after

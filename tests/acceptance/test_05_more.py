@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.model.exponential_products import inverse_product, mixed_product
+from mafsil.model.exponential_products import inverse_product, mixed_product, screws
+from mafsil.model.exponentials import representations
 from mafsil.model.library import planar, textbook
-from mafsil.model.screw_axes import screws
-from mafsil.model.screw_table import representations
 from mafsil.performance import (
     holding_torque,
     joint_reactions,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mafsil.geometry import pose, screw, wrench
-from mafsil.geometry.lines import common_normal
+from mafsil.geometry.points import common_normal
 from mafsil.model.frame_changes import reframed
 from mafsil.model.library import planar, textbook
 from mafsil.performance import (

@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import pose, rotation
 from mafsil.ik import inverse_kinematics, twist_of_motion, twists_between
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.structure import puma_shape, strokes
 from mafsil.performance import rank
 from tests.acceptance.reading import cases, unread_after

@@ -9,8 +9,8 @@ import mafsil as mf
 import mafsil.expression as ex
 from mafsil.errors import ModelError
 from mafsil.geometry import twist, wrench
-from mafsil.mechanics.newton_euler_twists import newton_euler
-from mafsil.mechanics.quantities.lagrange import christoffel_of, euler_lagrange, mass_matrix_of
+from mafsil.mechanics.quantities.energy import christoffel_of, euler_lagrange, mass_matrix_of
+from mafsil.mechanics.stacked_form import newton_euler
 from mafsil.mechanics.twist_chain import TwistChain, spatial_matrix
 from mafsil.model import Friction, Inertial
 from mafsil.model.library.planar import planar2r_point_masses

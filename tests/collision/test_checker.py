@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil import collision
 from mafsil.collision import Box, Checker, Obstacle, Plane, Reason, Sphere
-from mafsil.collision.bodies import mesh_vertices
+from mafsil.collision.pairs import mesh_vertices
 from mafsil.collision.status import CheckStatus
 from tests.collision.arms import arm, arm_of_many_pieces, scene
 from tests.collision.peer import CoalChecker, coal_distance, coal_shape

@@ -13,7 +13,7 @@ import pytest
 import mafsil as mf
 from mafsil import control
 from mafsil.control import TaskCoordinates, TaskTarget, export_law, saturated
-from mafsil.control.joints.elastic_arm import ElasticState
+from mafsil.control.joints.elastic_laws import ElasticState
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.kernels.export.c.trial import compiler, trial

@@ -14,8 +14,7 @@ import mafsil as mf
 from mafsil.errors import FileError, InputError
 from mafsil.kernels import tape
 from mafsil.kernels.export import Legend
-from mafsil.kernels.export.c.check import program
-from mafsil.kernels.export.c.text import header, literal, source
+from mafsil.kernels.export.c.text import header, literal, program, source
 from mafsil.kernels.export.c.trial import STRICT, compiler, trial
 from mafsil.kernels.export.exported import Export, export
 from mafsil.kernels.export.legend import harmless, identifier, symbol

@@ -9,8 +9,7 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.errors import InputError
 from mafsil.figures import plot_configurations
-from mafsil.figures.configurations import MOST, draw_configurations
-from mafsil.figures.planar_configurations import draw_planar_configurations, plane
+from mafsil.figures.configurations import MOST, draw_configurations, draw_planar_configurations, plane
 from mafsil.model.denavit_hartenberg import DHRow
 
 

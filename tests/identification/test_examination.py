@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.identification import identify
 from mafsil.identification.examination import examined
-from mafsil.identification.preparation import prepared
+from mafsil.identification.smoothing import prepared
 from mafsil.model import JointKind
 from tests.identification.simulated import different, noisy_log
 from tests.sizes import size

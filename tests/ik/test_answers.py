@@ -11,7 +11,7 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik import SolutionBatch, inverse_kinematics
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.structure.subproblems import linked_circles, three_axes
 
 NAMES = ["puma560", "ur5e", "stanford_arm", "generalized_puma", "offset_puma"]

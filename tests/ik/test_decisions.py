@@ -17,7 +17,7 @@ from mafsil.ik.answers.candidate_table import CandidateTable, Decision
 from mafsil.ik.answers.lists import unrepeated
 from mafsil.ik.answers.setting import Setting, setting
 from mafsil.ik.refine import distinct
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.mechanics.closed_form.thresholds import CLEAR, INSIDE, LOOSE, MERGED
 from mafsil.robot import Robot, load
 

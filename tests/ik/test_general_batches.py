@@ -7,7 +7,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.structure import elimination
 from mafsil.ik.winding import wound_near
 

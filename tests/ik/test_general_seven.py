@@ -5,7 +5,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.ik import inverse_kinematics
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 
 
 @pytest.fixture(scope="module")

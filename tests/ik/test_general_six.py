@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import pose
 from mafsil.ik import inverse_kinematics
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.structure import elimination
 from mafsil.ik.structure.analysis import analysis
 

@@ -9,8 +9,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.ik import inverse_kinematics, redundancy
-from mafsil.ik.status import IKStatus
-from mafsil.model.screw_axes import screws
+from mafsil.ik.result import IKStatus
+from mafsil.model.exponential_products import screws
 
 TURN = 2 * np.pi
 X, Y, Z = np.eye(3)

@@ -12,9 +12,9 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.ik import closed_form, inverse_kinematics
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.structure.analysis import analysis
-from mafsil.model.screw_axes import screws
+from mafsil.model.exponential_products import screws
 
 ARMS = [
     "puma560", "elbow6r", "arm6r", "offset_puma", "generalized_puma", "stanford_arm", "offset_stanford", "rrprrr",

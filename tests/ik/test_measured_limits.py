@@ -7,7 +7,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.ik import inverse_kinematics, solve_ik
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.model.limits import MEASURED
 
 ARMS = ["puma560", "ur5e", "panda", "scara_rrrp", "planar3r"]

@@ -6,7 +6,7 @@ import pytest
 import mafsil as mf
 from mafsil.ik import inverse_kinematics, joint_rates, solve_ik, track
 from mafsil.ik.moving_part import moving_part
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 
 ARM = [
     ("0 0 1", "0 0 0.3"),

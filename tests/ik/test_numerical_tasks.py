@@ -16,7 +16,7 @@ from mafsil.errors import InputError, ModelError
 from mafsil.ik import solve_ik
 from mafsil.ik.numerical.fast_search import BLOCK
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.status import CODES, IKStatus
+from mafsil.ik.result import CODES, IKStatus
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 from tests.budget import within
 

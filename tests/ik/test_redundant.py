@@ -9,7 +9,7 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik import inverse_kinematics, redundancy
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 
 TURN = 2 * np.pi
 

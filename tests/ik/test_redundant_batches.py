@@ -9,7 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 
 x, y, z = np.eye(3)
 

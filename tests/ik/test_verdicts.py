@@ -5,7 +5,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.ik import inverse_kinematics, redundancy, solve_ik
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from tests.model.urdf.real_files import robots as real_files
 
 AT_THE_SHOULDER = [

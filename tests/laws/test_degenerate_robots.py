@@ -12,7 +12,7 @@ from mafsil.errors import ModelError
 from mafsil.mechanics.catalogue import CATALOGUE
 from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism, Mimic, library
 from mafsil.robot import Robot
-from mafsil.robot.masses import Answered
+from mafsil.robot.compiled_robot import Answered
 
 BRICK = Inertial(1.0, np.array([0.1, 0.0, 0.0]), np.eye(3) * 0.01)
 POINT = Inertial(1.0)

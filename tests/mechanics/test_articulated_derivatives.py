@@ -12,11 +12,10 @@ from mafsil.mechanics.articulated_derivatives import forward_derivatives
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.frame_choice import in_chosen_frames
-from mafsil.mechanics.ground_frame import ground_is_shorter
+from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
 from mafsil.mechanics.quantities import dynamics_derivatives, mass_matrix
 from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics
-from mafsil.mechanics.regrouping import regrouped
+from mafsil.mechanics.wrench import ground_is_shorter
 from mafsil.model import library
 from mafsil.robot.trace import trace
 from tests.oracles.random_tree import branched_tree, random_tree, serial_chain

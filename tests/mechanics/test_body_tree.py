@@ -7,11 +7,10 @@ import mafsil.expression as ex
 from mafsil.arrays import frozen
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree, RigidInertia, lumped, rotation_onto
-from mafsil.mechanics.frame_choice import in_chosen_frames, without_rounding
+from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped, without_rounding
 from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.regrouping import regrouped
 from mafsil.mechanics.tolerances import TYPED
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 

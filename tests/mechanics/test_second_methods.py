@@ -9,10 +9,9 @@ from mafsil.errors import InputError
 from mafsil.geometry import pose, twist
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.newton_euler_twists import newton_euler, twist_torque
-from mafsil.mechanics.quantities.lagrange import christoffel_of
+from mafsil.mechanics.quantities.energy import christoffel_of
 from mafsil.mechanics.rigid_body import RigidBody
-from mafsil.mechanics.stacked_form import stacked_form
+from mafsil.mechanics.stacked_form import newton_euler, stacked_form, twist_torque
 from mafsil.mechanics.twist_chain import TwistChain
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism, library
 from mafsil.robot import Robot

@@ -16,8 +16,8 @@ from mafsil.errors import ModelError
 from mafsil.mechanics.inertial_parameters import reflected_inertias
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import Joint, Mechanism
+from mafsil.model.losses import with_space_link, with_tip_link
 from mafsil.model.mjcf.losses import sites_of
-from mafsil.model.outer_frames import with_space_link, with_tip_link
 
 STATES = 3
 

@@ -10,7 +10,7 @@ from mafsil.errors import InputError, ModelError
 from mafsil.model import Joint, Link, Mechanism, Mimic, library, mechanism_from_screws, screws, urdf
 from mafsil.model.denavit_hartenberg import DHRow, HayatiRow, hayati_parameters, mechanism_from_dh
 from mafsil.model.dh_from_axes import dh_from_mechanism, dh_from_screws
-from mafsil.model.exponentials import chain_to_tip
+from mafsil.model.exponentials import chain_to_tip, representations, screw_matrices, screw_table
 from mafsil.model.joint import JointKind
 from mafsil.model.library import planar, textbook
 from mafsil.model.local_exponentials import (
@@ -20,7 +20,6 @@ from mafsil.model.local_exponentials import (
     rezeroed,
 )
 from mafsil.model.placement import adjoint, rotation_x, rotation_z, screw_motion, translation
-from mafsil.model.screw_table import representations, screw_matrices, screw_table
 
 
 def bracket(S):

@@ -10,9 +10,9 @@ from scipy.linalg import expm
 
 from mafsil.errors import InputError, ModelError
 from mafsil.model.denavit_hartenberg import Convention, DHRow, dh_parameters, frames_in_links, mechanism_from_dh
+from mafsil.model.exponential_products import screws
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial
-from mafsil.model.screw_axes import screws
 
 lengths = st.floats(-2, 2)
 angles = st.one_of(st.floats(-pi, pi), st.sampled_from([0.0, pi / 2, -pi / 2, pi, -pi]))

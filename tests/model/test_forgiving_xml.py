@@ -14,7 +14,7 @@ import mafsil as mf
 from mafsil.errors import FileError
 from mafsil.model import lint, mjcf, sdf, urdf
 from mafsil.model.faults import PARDONED
-from mafsil.model.file_format import root_tag
+from mafsil.model.robot_source import root_tag
 from mafsil.model.xml_tree import Refusal, parse
 from tests.budget import within
 

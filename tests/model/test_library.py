@@ -12,8 +12,8 @@ from mafsil.errors import ModelError
 from mafsil.messages import catalogue
 from mafsil.model import JointKind, library
 from mafsil.model.appearance import pieces
+from mafsil.model.exponential_products import screws
 from mafsil.model.library import planar, puma, registry, textbook
-from mafsil.model.screw_axes import screws
 
 ROBOTS = {name: library.load(name) for name in library.robots()}
 

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 import mafsil as mf
 from mafsil.geometry import pose
-from mafsil.mobility.linkages.joint_kind import across
+from mafsil.mobility.linkages.linkage_joint import across
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from tests.oracles.pinocchio_model import model_of
 

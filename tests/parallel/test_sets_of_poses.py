@@ -7,8 +7,7 @@ from mafsil.geometry import pose, rotation
 from mafsil.mobility import FourBar
 from mafsil.parallel import PlanarThreeRPR, StewartPlatform
 from mafsil.parallel.planar import output_angles
-from mafsil.parallel.platforms.assembly_modes import AssemblyModesStatus
-from mafsil.parallel.platforms.platform_modes import of_size_one
+from mafsil.parallel.platforms.assembly_modes import AssemblyModesStatus, of_size_one
 from mafsil.parallel.platforms.platform_paths import own_start
 
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])

@@ -19,7 +19,7 @@ from mafsil.performance import (
     singularity,
     workspace_map,
 )
-from mafsil.performance.singularities.screw_systems import canonical_system
+from mafsil.performance.singularities.screw_parameters import canonical_system
 from mafsil.performance.statics import total_wrench
 
 Z = [0.0, 0.0, 1.0]

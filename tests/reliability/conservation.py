@@ -31,7 +31,7 @@ from mafsil.simulation.motion.fixed_step import Clock, fixed_step_solution
 from mafsil.simulation.motion.system import DrivenRobot
 from mafsil.simulation.motion.variational import COMPOSITIONS
 from mafsil.solvers import METHODS, Tableau, Tolerance, first_order, integrate, integrate_adaptively, pair
-from mafsil.solvers.pairs import PAIRS
+from mafsil.solvers.embedded import PAIRS
 from mafsil.solvers.solution import IntegrationStatus
 from tests.oracles.random_tree import random_tree
 from tests.reliability import figures

@@ -19,7 +19,7 @@ import numpy as np
 
 from mafsil.mechanics.arm_size import ArmSize
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.states import States, random_states
+from mafsil.mechanics.quantity import States, random_states
 from mafsil.mechanics.textbook import Textbook, along, gradient, inverse
 from mafsil.model import JointKind, Mechanism, library
 from mafsil.robot import Robot

@@ -26,7 +26,7 @@ from mafsil.arrays import Floats
 from mafsil.geometry import pose
 from mafsil.ik import bounded_rates, inverse_kinematics, solve_ik
 from mafsil.ik.chain import chain_of
-from mafsil.ik.status import CODES, IKStatus
+from mafsil.ik.result import CODES, IKStatus
 from mafsil.messages import say
 from mafsil.robot import Robot, load
 from tests.reliability import figures

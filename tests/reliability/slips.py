@@ -17,7 +17,7 @@ import numpy as np
 from mafsil.kernels.tape import Tape
 from mafsil.mechanics.arm_size import ArmSize
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.states import States, random_states
+from mafsil.mechanics.quantity import States, random_states
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import library
 from mafsil.robot import Robot

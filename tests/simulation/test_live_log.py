@@ -32,8 +32,8 @@ from mafsil.simulation import (
     log_reading,
     simulate,
 )
+from mafsil.simulation.live_log import TickBytes
 from mafsil.simulation.recording import SimulationStatus
-from mafsil.simulation.tick_bytes import TickBytes
 from mafsil.trajectory import quintic
 from mafsil.trajectory.profiles import rest
 from tests.parallel.closed_chains import four_bar

@@ -10,7 +10,7 @@ from scipy.optimize import brentq, lsq_linear, minimize
 
 import mafsil as mf
 from mafsil.simulation import RigidSurface
-from mafsil.simulation.simultaneous_impact import _share, after_impacts
+from mafsil.simulation.rigid_impacts import _share, after_impacts
 from tests.simulation.rigid_scenes import ARM, BLOCK, MASS, ORIGIN, moved
 
 EFFORTLESS = {"tau": lambda t: np.array([0.0, 0.0, MASS * 9.81])}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mafsil.errors import InputError
 from mafsil.trajectory import MotionLimits, Trajectory, jerk_limited
 from mafsil.trajectory.jerk import JerkLimitedBatch, JerkLimitedMotion
-from mafsil.trajectory.jerk.refusals import JerkStatus
+from mafsil.trajectory.jerk.problem import JerkStatus
 from tests.reliability.jerk_limited import compared, random_problems, violation
 
 unit = st.floats(-1.0, 1.0)

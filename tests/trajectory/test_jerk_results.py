@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mafsil.trajectory import MotionLimits, jerk_limited
-from mafsil.trajectory.jerk.refusals import JerkStatus
+from mafsil.trajectory.jerk.problem import JerkStatus
 
 LIMITS = MotionLimits.of(2, velocity=[1.0, 2.0], acceleration=[1.0, 3.0], jerk=[1.0, 9.0])
 DECADES = [float(f"1e{k}") for k in range(-320, 309, 4)]

@@ -9,7 +9,7 @@ from scipy.optimize import differential_evolution
 from mafsil.errors import InputError
 from mafsil.trajectory import MotionLimits, Trajectory, jerk_limited, jerk_limited_through
 from mafsil.trajectory.jerk import ViaMotion
-from mafsil.trajectory.jerk.refusals import JerkStatus
+from mafsil.trajectory.jerk.problem import JerkStatus
 from tests.reliability.jerk_via_points import excess_through, random_vias
 
 

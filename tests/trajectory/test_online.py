@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.errors import InputError
 from mafsil.trajectory import MotionLimits, jerk_limited, online
-from mafsil.trajectory.jerk.refusals import JerkStatus
+from mafsil.trajectory.jerk.problem import JerkStatus
 
 LIMITS = MotionLimits.of(3, velocity=1.0, acceleration=([-2.0] * 3, [1.5] * 3), jerk=10.0)
 CYCLE = 0.004

@@ -12,7 +12,7 @@ from mafsil.kernels.reference import _VALUES, evaluate
 from mafsil.kernels.tape import Node, Tape, read
 from mafsil.mechanics.arm_size import ArmSize
 from mafsil.mechanics.catalogue import CATALOGUE, quantity
-from mafsil.mechanics.states import States, random_states
+from mafsil.mechanics.quantity import States, random_states
 from mafsil.model import Mechanism
 from mafsil.robot import Robot
 from mafsil.robot.trace import signature, trace

@@ -16,8 +16,7 @@ from mafsil.cli.main import main
 from mafsil.model import Friction, Joint, JointKind, Mechanism, Mimic
 from mafsil.parallel import ClosedChain
 from mafsil.parallel.closed_terms import Terms
-from mafsil.verification.closed import closed_judge
-from mafsil.verification.loop_book import LoopBook
+from mafsil.verification.closed import LoopBook, closed_judge
 from mafsil.verification.verification import UNCHECKED, Agreement
 from mafsil.verification.verify import TREE
 from tests.parallel.closed_chains import four_bar, random_chain

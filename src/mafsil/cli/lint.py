@@ -8,9 +8,9 @@ from mafsil.cli.answer import Answer, Toned
 from mafsil.cli.colour import Tone
 from mafsil.messages import say
 from mafsil.model.diagnostics import Diagnostic, Report, Severity
+from mafsil.model.file_reader import Change
 from mafsil.model.lint import lint as linted
 from mafsil.model.lint import repair
-from mafsil.model.repairing import Change
 from mafsil.whole_file import write_whole
 
 

@@ -25,7 +25,7 @@ from mafsil.simulation.recording import SimulationStatus
 from mafsil.trajectory import MotionLimits, check, compare_profiles, export, read, suggest_fixes
 from mafsil.trajectory.files import TrajectoryFile
 from mafsil.trajectory.files.csv_file import is_recording, joint_names
-from mafsil.trajectory.overview import overview
+from mafsil.trajectory.motion import overview
 from mafsil.trajectory.splines import PiecewisePolynomial
 
 MOST_BYTES = 50_000_000

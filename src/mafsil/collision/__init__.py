@@ -1,7 +1,7 @@
 """Collision of arms with what stands around them and with themselves; `mf.collision.Checker(robot, scene).check(q)`.
 
 call      mf.collision.Checker(robot, scene): free, check, distance, segment
-computed  `checker` holds `arm_in_scene`; `laid_arm` and `layout` pack shapes for the loops, `shapes` and `scene`
+computed  `checker` holds `arm_in_scene`; `layout` packs shapes for the loops, `shapes` and `scene`
           are what users write
 compiled  `meeting_loops` (states), `segment_loops` (proofs of motions), `distance_loops`, `gjk_loops`,
           `depth_loops`

@@ -7,8 +7,6 @@ from mafsil.collision.pairs import Reason as Reason
 from mafsil.collision.pairs import SkippedPair as SkippedPair
 from mafsil.collision.scene import Obstacle as Obstacle
 from mafsil.collision.scene import Scene as Scene
-from mafsil.collision.separation import Separation as Separation
-from mafsil.collision.separation import distance as distance
 from mafsil.collision.shapes import Cone as Cone
 from mafsil.collision.shapes import ConvexHull as ConvexHull
 from mafsil.collision.shapes import HeightMap as HeightMap
@@ -18,6 +16,8 @@ from mafsil.collision.shapes import TriangleMesh as TriangleMesh
 from mafsil.collision.status import Clearance as Clearance
 from mafsil.collision.status import CollisionCheck as CollisionCheck
 from mafsil.collision.status import ContactPair as ContactPair
+from mafsil.collision.status import Separation as Separation
+from mafsil.collision.status import distance as distance
 from mafsil.model.shape import Box as Box
 from mafsil.model.shape import Capsule as Capsule
 from mafsil.model.shape import Cylinder as Cylinder

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, whole
-from mafsil.collision.bodies import Body, bodies_of
 from mafsil.collision.joints import Kinship, joints_of, kinship_of
-from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure, still_shapes
+from mafsil.collision.pairs import Body, Reason, SkippedPair, bodies_of, named_pairs, skipped_by_structure, still_shapes
 from mafsil.collision.scene import Obstacle, Scene, as_obstacles
 from mafsil.collision.shapes import MOST_LENGTH, Plane
 from mafsil.collision.srdf import disabled_pairs
@@ -25,15 +24,13 @@ from mafsil.model.loading import RobotLike
 from mafsil.robot import as_open_tree
 
 if TYPE_CHECKING:
-    import mafsil.collision.laid_arm as laid_arm
     import mafsil.collision.layout as layout
     import mafsil.collision.sampled_pairs as sampled_pairs
     from mafsil.collision.arm_loops import Arm
-    from mafsil.collision.laid_arm import LaidArm
+    from mafsil.collision.layout import LaidArm
     from mafsil.collision.workshop_loops import Workshop, World
     from mafsil.kernels.loops.held import Held
 else:
-    laid_arm = lazily("mafsil.collision.laid_arm")
     layout = lazily("mafsil.collision.layout")
     sampled_pairs = lazily("mafsil.collision.sampled_pairs")
 
@@ -163,7 +160,7 @@ class ArmInScene:
     def laid(self) -> LaidArm:
         """The arm as the compiled loops read it, shared by all scenes."""
         pairs = self._pairs() if self._self_collision else []
-        return laid_arm.LaidArm(self.robot, self._joints, layout.arm_of(self.bodies, pairs, self._still))
+        return layout.LaidArm(self.robot, self._joints, layout.arm_of(self.bodies, pairs, self._still))
 
     @property
     def arm(self) -> Arm:

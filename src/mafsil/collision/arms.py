@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, not_negative
-from mafsil.collision.bodies import Body
 from mafsil.collision.checker import Checker
 from mafsil.collision.joints import joints_of
-from mafsil.collision.pairs import Reason
+from mafsil.collision.pairs import Body, Reason
 from mafsil.collision.scene import Obstacle, Scene, placed
 from mafsil.errors import InputError
 from mafsil.fields import checked, or_none

@@ -23,13 +23,11 @@ from mafsil.messages import clauses, say
 
 if TYPE_CHECKING:
     import mafsil.collision.distance_loops as distance_loops
-    import mafsil.collision.laid_arm as laid_arm
     import mafsil.collision.layout as layout
     import mafsil.collision.sampled_pairs as sampled_pairs
     import mafsil.collision.segment_loops as segment_loops
 else:
     distance_loops = lazily("mafsil.collision.distance_loops")
-    laid_arm = lazily("mafsil.collision.laid_arm")
     layout = lazily("mafsil.collision.layout")
     sampled_pairs = lazily("mafsil.collision.sampled_pairs")
     segment_loops = lazily("mafsil.collision.segment_loops")
@@ -106,7 +104,7 @@ class Checker(ArmInScene):
         rows, batch = self._rows(q)
         out, who = np.zeros((len(rows), 10)), np.zeros((len(rows), 2), np.int64)
         gradient, shop = np.zeros(rows.shape), self.workshop()
-        for begin, poses in laid_arm.poses_in_parts(self.robot, rows):
+        for begin, poses in layout.poses_in_parts(self.robot, rows):
             part = slice(begin, begin + len(poses))
             distance_loops.distances(shop, rows[part], poses, within, out[part], who[part])
             distance_loops.gradients(self.laid.motion, poses, out[part], who[part], gradient[part])
@@ -130,7 +128,7 @@ class Checker(ArmInScene):
         rows, batch = self._rows(q)
         if batch:
             raise InputError("input.shape", name="q", expected=(self.robot.n,), got=(*batch, self.robot.n), hint="")
-        poses = next(laid_arm.poses_in_parts(self.robot, rows))[1]
+        poses = next(layout.poses_in_parts(self.robot, rows))[1]
         out, who = np.zeros((MOST_CONTACTS, 10)), np.zeros((MOST_CONTACTS, 2), np.int64)
         around = self.scene.surroundings
         count = distance_loops.contacts(self.arm, poses[0], around, self.clearances(), len(self.scene), out, who)

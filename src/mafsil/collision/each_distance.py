@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch
-from mafsil.collision import distance_loops, each_distance_loops, laid_arm
+from mafsil.collision import distance_loops, each_distance_loops, layout
 from mafsil.collision.checker import Checker
 from mafsil.collision.pair_loops import ROW
 
@@ -29,7 +29,7 @@ def each_distance(checker: Checker, q: ArrayLike, within: float) -> tuple[Floats
     items = len(arm.bodies) + len(arm.pairs)
     out, who = np.empty((len(rows), items, ROW)), np.empty((len(rows), items, 2), np.int64)
     gradient = np.zeros((len(rows), items, n))
-    for begin, poses in laid_arm.poses_in_parts(checker.robot, rows):
+    for begin, poses in layout.poses_in_parts(checker.robot, rows):
         part = slice(begin, begin + len(poses))
         each_distance_loops.each_distance(arm, poses, around, float(within), out[part], who[part])
         of_items = np.repeat(poses, items, axis=0)

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Truth
-from mafsil.collision import laid_arm, layout, pair_counts_loops
-from mafsil.collision.bodies import Body
-from mafsil.collision.pairs import Reason, SkippedPair, joined_by_hinges
+from mafsil.collision import layout, pair_counts_loops
+from mafsil.collision.pairs import Body, Reason, SkippedPair, joined_by_hinges
 from mafsil.messages import say
 from mafsil.robot import Robot
 
@@ -68,7 +67,7 @@ def meetings(
     counts = np.zeros(len(pairs), np.int64)
     if pairs:
         arm = layout.arm_of(bodies, pairs)
-        for _, poses in laid_arm.poses_in_parts(robot, q):
+        for _, poses in layout.poses_in_parts(robot, q):
             pair_counts_loops.count_meetings(arm, poses, counts)
     return counts
 
@@ -90,7 +89,7 @@ def kept_by_pairs(
     if not pairs:
         return kept
     gaps, arm = np.empty((len(q), len(pairs))), layout.arm_of(bodies, pairs)
-    for begin, poses in laid_arm.poses_in_parts(robot, q):
+    for begin, poses in layout.poses_in_parts(robot, q):
         pair_counts_loops.measure_gaps(arm, poses, clearance / LESS, gaps[begin : begin + len(poses)])
     for k in range(len(pairs)):
         apart = gaps[gaps[:, k] > 0.0, k]

@@ -23,7 +23,7 @@ from mafsil.control.contact.impedance_by_force import impedance_by_force as impe
 from mafsil.control.joints.coupling import joint_coupling as joint_coupling
 from mafsil.control.joints.current_loop import current_loop as current_loop
 from mafsil.control.joints.delayed import delayed as delayed
-from mafsil.control.joints.elastic_arm import elastic_arm as elastic_arm
+from mafsil.control.joints.elastic_laws import elastic_arm as elastic_arm
 from mafsil.control.joints.elastic_laws import elastic_linearization as elastic_linearization
 from mafsil.control.joints.elastic_laws import motor_feedback as motor_feedback
 from mafsil.control.joints.elastic_laws import singular_perturbation_control as singular_perturbation_control
@@ -47,12 +47,12 @@ from mafsil.control.laws.linear_quadratic import linear_quadratic as linear_quad
 from mafsil.control.laws.matrix_feedback import matrix_computed_torque as matrix_computed_torque
 from mafsil.control.laws.matrix_feedback import matrix_gravity_compensation as matrix_gravity_compensation
 from mafsil.control.laws.matrix_feedback import matrix_pid as matrix_pid
-from mafsil.control.laws.null_space import null_space_feedback as null_space_feedback
 from mafsil.control.laws.receding_horizon import model_predictive as model_predictive
 from mafsil.control.laws.sliding_mode import sliding_certificate as sliding_certificate
 from mafsil.control.laws.sliding_mode import sliding_mode as sliding_mode
 from mafsil.control.laws.task_coordinates import TaskCoordinates as TaskCoordinates
 from mafsil.control.laws.task_coordinates import TaskTarget as TaskTarget
+from mafsil.control.laws.task_dynamics import null_space_feedback as null_space_feedback
 from mafsil.control.laws.task_dynamics import task_dynamics as task_dynamics
-from mafsil.control.laws.task_space import task_computed_torque as task_computed_torque
 from mafsil.control.laws.tip_motion import hold_pose as hold_pose
+from mafsil.control.laws.tip_motion import task_computed_torque as task_computed_torque

@@ -20,10 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, not_negative, number, real_array
-from mafsil.derivation.arm_numbers import CompiledArm, Truth
 from mafsil.derivation.formula_text import evaluate, parsed
 from mafsil.derivation.jacobian_formulas import expected_formulas
-from mafsil.derivation.lengths import Reading, readings_of
+from mafsil.derivation.lengths import CompiledArm, Reading, Truth, readings_of
 from mafsil.derivation.review import Finding, Mistake, Review, shown
 from mafsil.errors import InputError
 from mafsil.model import Mechanism

@@ -16,7 +16,7 @@ from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 from mafsil.model.dh_frames import tables_of_screws
 from mafsil.model.dh_from_axes import classic_from_modified
-from mafsil.model.screw_axes import screws
+from mafsil.model.exponential_products import screws
 
 Rows: TypeAlias = tuple[DHRow, ...]
 Field: TypeAlias = Literal["a", "alpha", "d", "theta"]

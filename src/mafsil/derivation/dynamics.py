@@ -13,9 +13,8 @@ from mafsil.arrays import Floats
 from mafsil.derivation.arm import SymbolicArm, symbolic_arm
 from mafsil.derivation.bodies import Bodies, SymbolicBody, symbolic_bodies
 from mafsil.derivation.document import Derivation, Line, Name, Side, Step
-from mafsil.derivation.lagrange_method import Lagrange, coordinate_names, lagrange, rates
+from mafsil.derivation.lagrange_method import Lagrange, coordinate_names, counts_step, lagrange, rates, too_long
 from mafsil.derivation.matrices import ZERO, Row, cross, minus, plus, scaled, transform, transpose
-from mafsil.derivation.operation_counts import counts_step, too_long
 from mafsil.derivation.polynomial import Polynomial, simplified
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.tolerances import LIMIT

@@ -17,7 +17,6 @@ from mafsil.figures.ik_constructions import plot_shoulder_plan as plot_shoulder_
 from mafsil.figures.ik_constructions import plot_sphere_construction as plot_sphere_construction
 from mafsil.figures.mechanism import plot_mechanism as plot_mechanism
 from mafsil.figures.monte_carlo import plot_monte_carlo as plot_monte_carlo
-from mafsil.figures.motion import plot_motion as plot_motion
 from mafsil.figures.motion_over_time import plot_trajectory as plot_trajectory
 from mafsil.figures.moving_body import plot_displaced_body as plot_displaced_body
 from mafsil.figures.moving_body import plot_rotation_vector_ball as plot_rotation_vector_ball
@@ -40,6 +39,7 @@ from mafsil.figures.phase_plane import plot_phase_plane as plot_phase_plane
 from mafsil.figures.pole import plot_pole as plot_pole
 from mafsil.figures.potential import plot_potential as plot_potential
 from mafsil.figures.profiles import plot_profiles as plot_profiles
+from mafsil.figures.screw_motion import plot_motion as plot_motion
 from mafsil.figures.screw_motion import plot_screw_motion as plot_screw_motion
 from mafsil.figures.search import plot_search as plot_search
 from mafsil.figures.synthesis import plot_synthesis as plot_synthesis

@@ -1,4 +1,7 @@
-"""A displacement as the screw motion that makes it: axis, pitch, the way of a frame along the helix."""
+"""A displacement as the screw motion that makes it: axis, pitch, the way of a frame along the helix.
+
+The picture that fits a motion: rotation, rings at a gimbal lock, screw motion, or pole in the plane.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,11 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector6
 from mafsil.figures import space
+from mafsil.figures.frames import plot_rotation
+from mafsil.figures.gimbals import plot_gimbals
 from mafsil.figures.picture_file import picture_file
-from mafsil.geometry import pose, screw
+from mafsil.figures.pole import plot_pole
+from mafsil.geometry import euler, pose, screw
 from mafsil.messages import say
 
 _GHOSTS = 4
@@ -100,3 +106,26 @@ def _heading(S: Vector6, amount: float) -> str:
         return say("pictures.translation", distance=f"{amount:.4g}")
     pitch = float(screw.pitch(S))
     return say("pictures.screw", angle=f"{np.degrees(amount):.4g}", pitch=f"{0.0 if abs(pitch) < 1e-12 else pitch:.4g}")
+
+
+def plot_motion(T: PoseMatrix, path: str | PathLike[str], kind: str, sequence: str | None = None) -> None:
+    """Draw a motion into a file.
+
+    Args:
+        T: (4, 4) pose.
+        path: .png, .svg or .pdf.
+        kind: `rotation`, `pose` or `planar`.
+        sequence: of the angles in which a rotation was given: at a lock of it the rings are drawn.
+    """
+    path = picture_file(path)
+    R = T[:3, :3]
+    if kind == "planar":
+        flat = np.eye(3)
+        flat[:2, :2], flat[:2, 2] = T[:2, :2], T[:2, 3]
+        plot_pole(flat, path)
+    elif kind == "pose":
+        plot_screw_motion(T, path)
+    elif sequence is not None and euler.solutions(R, sequence).locked:
+        plot_gimbals(euler.to_euler(R, sequence), sequence, path)
+    else:
+        plot_rotation(R, path)

@@ -13,8 +13,8 @@ from typing import Annotated, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.algebra.euler_sequence import SEQUENCES as SEQUENCES
-from mafsil.algebra.euler_sequence import EulerSequence as EulerSequence
+from mafsil.algebra.euler import SEQUENCES as SEQUENCES
+from mafsil.algebra.euler import EulerSequence as EulerSequence
 from mafsil.arrays import (
     Floats,
     Matrix3,
@@ -28,8 +28,7 @@ from mafsil.arrays import (
     real_array,
 )
 from mafsil.errors import InputError
-from mafsil.geometry.arguments import AxisTripleLike, RotationLike, Vector3Like
-from mafsil.geometry.conditioned import Conditioned, compiled
+from mafsil.geometry.conditioned import AxisTripleLike, Conditioned, RotationLike, Vector3Like, compiled
 from mafsil.geometry.declared import Declared
 from mafsil.geometry.tolerances import ROUNDOFF, SPECIAL
 

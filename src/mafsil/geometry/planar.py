@@ -23,15 +23,15 @@ from mafsil.arrays import (
     as_batch,
 )
 from mafsil.geometry import membership
-from mafsil.geometry.arguments import (
+from mafsil.geometry.conditioned import (
     PlanarCoordinatesLike,
     PlanarPoseLike,
     PlanarRotationLike,
     ScalarLike,
     Vector2Like,
     Vector3Like,
+    compiled,
 )
-from mafsil.geometry.conditioned import compiled
 from mafsil.geometry.euler import wrap_positive
 
 

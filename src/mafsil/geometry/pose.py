@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.algebra.tolerance import ROTATION
 from mafsil.arrays import Matrix4, Matrix6, PoseMatrix, RotationMatrix, Truth, Vector3, Vector6, as_batch
 from mafsil.geometry import membership, rotation
-from mafsil.geometry.arguments import (
+from mafsil.geometry.conditioned import (
     ExponentialCoordinatesLike,
     Matrix4Like,
     PoseLike,
@@ -20,8 +20,8 @@ from mafsil.geometry.arguments import (
     ScalarLike,
     Vector3Like,
     Vector6Like,
+    compiled,
 )
-from mafsil.geometry.conditioned import compiled
 
 
 @compiled("se3.exp")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.algebra.tolerance import UNIT
 from mafsil.arrays import Floats, Quaternion, RotationMatrix, Scalar, Shape, Truth, Vector3, as_batch
 from mafsil.errors import InputError
-from mafsil.geometry.arguments import (
+from mafsil.geometry.conditioned import (
     NonzeroQuaternionLike,
     QuaternionLike,
     RotationLike,
@@ -18,8 +18,8 @@ from mafsil.geometry.arguments import (
     ScalarLike,
     UnitQuaternionLike,
     Vector3Like,
+    compiled,
 )
-from mafsil.geometry.conditioned import compiled
 from mafsil.geometry.tolerances import ROUNDOFF
 
 EIGHT = Shape("*batch", 8)

@@ -14,8 +14,15 @@ from mafsil.algebra.tolerance import ROTATION
 from mafsil.arrays import Floats, Matrix3, RotationMatrix, Scalar, Shape, Truth, Vector3, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import membership
-from mafsil.geometry.arguments import AxisLike, Matrix3Like, RotationLike, RotationVectorLike, ScalarLike, Vector3Like
-from mafsil.geometry.conditioned import compiled
+from mafsil.geometry.conditioned import (
+    AxisLike,
+    Matrix3Like,
+    RotationLike,
+    RotationVectorLike,
+    ScalarLike,
+    Vector3Like,
+    compiled,
+)
 from mafsil.geometry.euler import from_davenport as from_davenport
 from mafsil.geometry.euler import from_euler as from_euler
 from mafsil.geometry.euler import from_rpy as from_rpy

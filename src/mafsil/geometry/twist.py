@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from mafsil.algebra.tolerance import SKEW
 from mafsil.arrays import Floats, Matrix4, Matrix6, Scalar, Vector3, Vector6
 from mafsil.errors import InputError
-from mafsil.geometry.arguments import (
+from mafsil.geometry.conditioned import (
     DurationLike,
     Matrix3Like,
     Matrix4Like,
@@ -22,8 +22,8 @@ from mafsil.geometry.arguments import (
     RotationLike,
     Vector3Like,
     Vector6Like,
+    compiled,
 )
-from mafsil.geometry.conditioned import compiled
 
 
 @compiled("velocity.angular_space")

@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Scalar, Vector3, Vector6, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.geometry.arguments import PoseLike, Vector3Like, Vector6Like
-from mafsil.geometry.conditioned import compiled
+from mafsil.geometry.conditioned import PoseLike, Vector3Like, Vector6Like, compiled
 
 
 @compiled("spatial.wrench_of_force")

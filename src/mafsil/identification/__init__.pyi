@@ -4,5 +4,5 @@ from mafsil.identification.identify import identify as identify
 from mafsil.identification.log import MotionLog as MotionLog
 from mafsil.identification.payload import Payload as Payload
 from mafsil.identification.payload import estimate_payload as estimate_payload
-from mafsil.identification.preparation import read_log as read_log
 from mafsil.identification.result import Identification as Identification
+from mafsil.identification.smoothing import read_log as read_log

@@ -21,7 +21,7 @@ from mafsil.identification.remark import Remark
 from mafsil.identification.smoothing import SmoothMotion
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.robot import Robot
-from mafsil.robot.masses import has_inertia
+from mafsil.robot.compiled_robot import has_inertia
 
 ROWS = 800
 """Samples that are looked at, evenly spread."""

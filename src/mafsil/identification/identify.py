@@ -22,14 +22,12 @@ from mafsil.identification.consistency import (
     physically_consistent,
 )
 from mafsil.identification.examination import examined
-from mafsil.identification.identifiability import unidentifiable
 from mafsil.identification.log import MotionLog, held_out_fraction
 from mafsil.identification.model_update import with_parameters
-from mafsil.identification.preparation import Log, opened, prepared
 from mafsil.identification.regression import Fit, RegressorStack, fitted
 from mafsil.identification.remark import Remark
-from mafsil.identification.result import Identification, Parameter, Validation
-from mafsil.identification.smoothing import SmoothMotion
+from mafsil.identification.result import Identification, Parameter, Validation, unidentifiable
+from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepared
 from mafsil.identification.tolerances import DEPENDENT, LEAST_MASS, NO_EFFORT, SMALLEST
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING

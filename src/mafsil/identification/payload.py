@@ -15,10 +15,9 @@ from mafsil.errors import InputError
 from mafsil.identification.consistency import BodyParameterisation, Parameterisation, ball, most_likely
 from mafsil.identification.log import MotionLog
 from mafsil.identification.model_update import with_load
-from mafsil.identification.preparation import Log, opened, prepared
 from mafsil.identification.regression import RegressorStack, fitted
 from mafsil.identification.remark import Remark
-from mafsil.identification.smoothing import SmoothMotion
+from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepared
 from mafsil.identification.tolerances import LEAST_MASS, LEAST_SHARE, NO_EFFORT, NO_MOTION
 from mafsil.identification.torque_model import CHUNK, thinned
 from mafsil.mechanics.inertial_parameters import inertial_of

@@ -21,7 +21,7 @@ from mafsil.ik.answers.setting import setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.refine import distinct, refined
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.structure.analysis import analysis
 from mafsil.ik.tolerances import IDEAL_QUARTIC_REACHED, IDEAL_REACHED, NEARLY_REACHED, SHORTEST
 from mafsil.messages import say

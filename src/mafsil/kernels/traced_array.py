@@ -18,7 +18,7 @@ from mafsil.expression import Expression, Function, symbol
 from mafsil.expression.elementary import BINARY, UNARY
 from mafsil.expression.matrix import matrix
 from mafsil.expression.node import Node
-from mafsil.kernels import traced_linear
+from mafsil.kernels import traced_number
 from mafsil.kernels.layout import Signature
 from mafsil.kernels.traced_number import Number, Untraceable, chosen, greater, lesser, node_of
 
@@ -314,12 +314,12 @@ def _solve(A: Any, b: Any) -> Any:
         return cast("Any", np.linalg.inv(A)) @ b
     if np.ndim(b) == 1:
         return _solve(A, b[:, None])[:, 0]
-    return _of_rows(traced_linear.solved(_rows(A), _rows(b)))
+    return _of_rows(traced_number.solved(_rows(A), _rows(b)))
 
 
 def _eigh(A: Any) -> tuple[Traced, Traced]:
     """As `numpy.linalg.eigh`, but for the order."""
-    sizes, axes = traced_linear.axes_of(_rows(A))
+    sizes, axes = traced_number.axes_of(_rows(A))
     return Traced.of(sizes, (len(sizes),)), _of_rows(axes)
 
 

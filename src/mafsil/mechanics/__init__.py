@@ -2,7 +2,7 @@
 
 call      no public face: `mafsil.robot` calls its quantities
 computed  `quantity` and `catalogue` declare them, `quantities` holds their builders over `body_tree`,
-          `composite_inertia`, `articulated_body`; `closed_form.decision` solves poses
+          `composite_motion`, `articulated_body`; `closed_form.decision` solves poses
 compiled  everything by `mafsil.kernels`, once for each robot
 tested    tests/mechanics, tests/laws, tests/reliability/random_trees.py
 """

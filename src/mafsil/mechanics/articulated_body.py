@@ -11,8 +11,7 @@ import numpy as np
 import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.composite_inertia import turned_symmetric
-from mafsil.mechanics.composite_motion import turned
+from mafsil.mechanics.composite_motion import turned, turned_symmetric
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
 from mafsil.mechanics.tolerances import SINGULAR_PIVOT
 

@@ -1,12 +1,18 @@
-"""One step of a closed loop as one expression: measured state and reference in, next state and what is recorded out."""
+"""One step of a closed loop as one expression: measured state and reference in, next state and what is recorded out.
+
+One call of a control law as an expression: measured state, reference and integrals in, efforts and integrals out.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mafsil.expression as ex
 from mafsil.algebra import so3
+from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.composite_inertia import CompositeInertia
-from mafsil.mechanics.frame_choice import in_chosen_frames
+from mafsil.mechanics.composite_motion import CompositeInertia
+from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
 from mafsil.mechanics.friction import SMOOTHING, friction_law
 from mafsil.mechanics.held_plant import HeldPlant, closed_state
 from mafsil.mechanics.loop_constraints import loops
@@ -18,9 +24,7 @@ from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix_shorter
 from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.regrouping import regrouped
-from mafsil.mechanics.tree_plant import Friction, TreePlant
-from mafsil.mechanics.varied_bodies import body_inertias
+from mafsil.mechanics.tree_plant import Friction, TreePlant, body_inertias
 from mafsil.model import Mechanism
 
 
@@ -220,3 +224,63 @@ def clipped(command: Expression, limit: Expression) -> Expression:
             for i in range(command.shape[0])
         )
     )
+
+
+def law_inputs(loop: Loop, gains: Floats | None) -> dict[str, tuple[int, ...]]:
+    """Names and core shapes of the inputs; limits at which integrals wait are constants.
+
+    Args:
+        loop: whose law it is.
+        gains: (terms, 3, n) where they are constants.
+    """
+    sizes, n = input_sizes(loop), loop.plant.n
+    chosen = [name for name in ("reference", "gains", "integral") if name in sizes]
+    if gains is not None and "gains" in chosen:
+        chosen.remove("gains")
+    return {"q": (n,), "qd": (n,), **{name: sizes[name] for name in chosen}}
+
+
+def law_outputs(loop: Loop) -> dict[str, tuple[int, ...]]:
+    """Names and core shapes of the outputs."""
+    sizes = output_sizes(loop)
+    return {name: sizes[name] for name in ("effort", "next_integral") if name in sizes}
+
+
+def law_step(
+    loop: Loop, gains: Floats | None, limit: Floats | None, integral_limit: Floats | None = None
+) -> ex.Function:
+    """The call as a function, inputs and outputs as `law_inputs` and `law_outputs` say, columns in C order.
+
+    Args:
+        loop: whose law it is; its plant only says how many coordinates there are.
+        gains: (terms, 3, n) proportional, rate, and integral times the period; None makes them an input.
+        limit: (n,) at which efforts are clipped [N m | N]; None for no clipping.
+        integral_limit: (terms, n) at which the integrals of terms that wait do so [N m | N].
+    """
+    symbols = {name: symbol_of(name, shape) for name, shape in law_inputs(loop, gains).items()}
+    x = dict(symbols)
+    if gains is not None:
+        x["gains"] = ex.Expression(gains.reshape(-1))
+    if integral_limit is not None:
+        x["integral_limit"] = ex.Expression(integral_limit.reshape(-1))
+    law = replace(loop, noisy=True)  # The state is measured: nothing is shared with the plant's own step.
+    commands = Commands(law, Trees(), x["q"], x["qd"], x)
+    effort = commands.effort if limit is None else clipped(commands.effort, ex.Expression(limit))
+    results = {"effort": effort, "next_integral": commands.integral}
+    return ex.Function("law", list(symbols.values()), ex.cse([results[name] for name in law_outputs(loop)]))
+
+
+def closed_law(loop: Loop) -> ex.Function:
+    """The efforts of a law of a closed chain: q, qd, u, v, a (n,) and the gains to effort (n,), and the doubt.
+
+    Args:
+        loop: whose law it is; its plant only says how many coordinates there are.
+    """
+    sizes, n = input_sizes(loop), loop.plant.n
+    names = ("q", "qd", "u", "v", "a")
+    given = {name: symbol_of(name, (n,)) for name in names}
+    gains = symbol_of("gains", sizes["gains"])
+    x = {"reference": ex.vertcat(given["u"], given["v"], given["a"]), "gains": gains}
+    commands = Commands(replace(loop, noisy=True), Trees(), given["q"], given["qd"], x)
+    outputs = [commands.effort, commands.doubt]
+    return ex.Function("closed_law", [*given.values(), gains], ex.cse(outputs))

@@ -11,11 +11,10 @@ from __future__ import annotations
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import lumped
-from mafsil.mechanics.frame_choice import in_chosen_frames
+from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
 from mafsil.mechanics.hamiltonian import lagrangian_slope
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Mechanism
 
 

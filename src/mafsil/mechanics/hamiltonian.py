@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.frame_choice import in_chosen_frames
+from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.energy import kinetic_energy
 from mafsil.mechanics.quantities.forward_dynamics import solved
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Mechanism
 
 

@@ -15,14 +15,13 @@ from collections.abc import Sequence
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.composite_inertia import CompositeInertia
-from mafsil.mechanics.frame_choice import in_chosen_frames
+from mafsil.mechanics.composite_motion import CompositeInertia
+from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
 from mafsil.mechanics.loop_constraints import gaps, loops
 from mafsil.mechanics.loop_dynamics import HeldTree, error_of, spread
 from mafsil.mechanics.loop_terms import Holding, Loop
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.regrouping import regrouped
 from mafsil.mechanics.tree_plant import TreePlant
 from mafsil.model import Joint, Mechanism
 

@@ -20,9 +20,8 @@ from collections.abc import Sequence
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.composite_motion import CompositeMotion, Motion
-from mafsil.mechanics.ground_frame import Screw, along, twist_at_ground, wrench_at_ground
 from mafsil.mechanics.placement import Expression, Factor, Placement, times, world_placements
-from mafsil.mechanics.wrench import Wrench
+from mafsil.mechanics.wrench import Screw, Wrench, along, twist_at_ground, wrench_at_ground
 
 
 class JointMatrix:

@@ -26,7 +26,7 @@ import numpy as np
 import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, BodyTree, lumped
-from mafsil.mechanics.frame_choice import in_chosen_frames
+from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
 from mafsil.mechanics.placement import (
     Expression,
     Placement,
@@ -41,7 +41,6 @@ from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.jacobian import joint_screw
 from mafsil.mechanics.quantities.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Joint, JointKind, Mechanism
 
 

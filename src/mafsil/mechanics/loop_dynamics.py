@@ -20,12 +20,11 @@ from math import inf, nan
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.branch_factor import BranchFactor, Row
-from mafsil.mechanics.frame_choice import in_chosen_frames
+from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
 from mafsil.mechanics.loop_constraints import loops
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.regrouping import regrouped
 from mafsil.mechanics.tolerances import DEPENDENT_ROW, FOLLOWS, LARGEST, SMALLEST, WEAK_ROW
 from mafsil.model import Mechanism
 

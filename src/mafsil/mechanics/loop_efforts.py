@@ -19,13 +19,12 @@ from dataclasses import dataclass
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.branch_factor import BranchFactor
-from mafsil.mechanics.frame_choice import in_chosen_frames
+from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
 from mafsil.mechanics.loop_constraints import gaps, loops
 from mafsil.mechanics.loop_dynamics import HeldTree, error_of, pivot_doubt, spread
 from mafsil.mechanics.loop_terms import Holding
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Mechanism
 
 DEAD = 1e-12

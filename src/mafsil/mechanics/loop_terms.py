@@ -109,7 +109,7 @@ class Loop:
 def input_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
     """Names and core shapes of the inputs; integrals, gains and limits hold one row for each term that has them.
 
-    Bodies and friction are those of `mafsil.mechanics.varied_bodies`.
+    Bodies and friction are those of `mafsil.mechanics.tree_plant`.
 
     What would hold no numbers is left out: integrals without an integral, gains without feedback, limits at which no
     integral waits.

@@ -13,8 +13,6 @@ from mafsil.mobility.assembly_existence import Existence as Existence
 from mafsil.mobility.assembly_existence import assembled as assembled
 from mafsil.mobility.assembly_existence import assembly_modes as assembly_modes
 from mafsil.mobility.assembly_existence import can_assemble as can_assemble
-from mafsil.mobility.components import ConfigurationCurves as ConfigurationCurves
-from mafsil.mobility.components import configuration_curves as configuration_curves
 from mafsil.mobility.finite import FiniteMobility as FiniteMobility
 from mafsil.mobility.finite import finite_mobility as finite_mobility
 from mafsil.mobility.finite import generic_mobility as generic_mobility
@@ -44,8 +42,8 @@ from mafsil.mobility.report import rates as rates
 from mafsil.mobility.slider_crank import SliderCrank as SliderCrank
 from mafsil.mobility.slider_crank import SliderCrankPositions as SliderCrankPositions
 from mafsil.mobility.spaces.configuration_space import configuration_space as configuration_space
+from mafsil.mobility.spaces.configuration_space import self_motion_manifold as self_motion_manifold
 from mafsil.mobility.spaces.configuration_space import space_named as space_named
-from mafsil.mobility.spaces.task_space import self_motion_manifold as self_motion_manifold
 from mafsil.mobility.structure import Structure as Structure
 from mafsil.mobility.structure import structure as structure
 from mafsil.mobility.surface import ConfigurationSurface as ConfigurationSurface
@@ -56,5 +54,7 @@ from mafsil.mobility.synthesis.answers import Synthesis as Synthesis
 from mafsil.mobility.synthesis.function_task import synthesise_function as synthesise_function
 from mafsil.mobility.synthesis.motion import synthesise_motion as synthesise_motion
 from mafsil.mobility.synthesis.path import synthesise_path as synthesise_path
+from mafsil.mobility.tracing import ConfigurationCurves as ConfigurationCurves
 from mafsil.mobility.tracing import Trace as Trace
+from mafsil.mobility.tracing import configuration_curves as configuration_curves
 from mafsil.mobility.tracing import trace_motion as trace_motion

@@ -18,9 +18,8 @@ from mafsil.arrays import Floats, frozen
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.mobility.bodies.three_points import triangle
-from mafsil.mobility.linkages.joint_kind import Kind
 from mafsil.mobility.linkages.linkage import Linkage, PointPair
-from mafsil.mobility.linkages.linkage_joint import LinkageJoint
+from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint
 from mafsil.mobility.linkages.loop_closure import body_poses
 from mafsil.mobility.tolerances import IN_SUPPORT
 

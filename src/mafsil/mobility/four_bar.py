@@ -20,9 +20,8 @@ from mafsil.errors import InputError, InputWarning, warn
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.mobility.four_bar_rates import directions, per_crank
-from mafsil.mobility.linkages.joint_kind import Kind
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.linkage_joint import joint
+from mafsil.mobility.linkages.linkage_joint import Kind, joint
 from mafsil.mobility.spaces.planar_positions import (
     PolygonSpace,
     circle_crossings,

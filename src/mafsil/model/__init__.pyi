@@ -5,6 +5,7 @@ from mafsil.model.actuator import Friction as Friction
 from mafsil.model.denavit_hartenberg import Convention as Convention
 from mafsil.model.denavit_hartenberg import DHRow as DHRow
 from mafsil.model.denavit_hartenberg import mechanism_from_dh as mechanism_from_dh
+from mafsil.model.exponential_products import screws as screws
 from mafsil.model.exponentials import Screws as Screws
 from mafsil.model.exponentials import mechanism_from_screws as mechanism_from_screws
 from mafsil.model.joint import Joint as Joint
@@ -17,7 +18,6 @@ from mafsil.model.link import Link as Link
 from mafsil.model.loop_file import with_loops as with_loops
 from mafsil.model.mechanism import Mechanism as Mechanism
 from mafsil.model.mechanism import Provenance as Provenance
-from mafsil.model.screw_axes import screws as screws
 from mafsil.model.shape import Box as Box
 from mafsil.model.shape import Capsule as Capsule
 from mafsil.model.shape import Cylinder as Cylinder

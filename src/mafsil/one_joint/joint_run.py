@@ -16,8 +16,7 @@ from mafsil.arrays import Floats, not_negative, positive, require_function, requ
 from mafsil.errors import InputError
 from mafsil.fields import checked
 from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, finite, magnitude, row, together
-from mafsil.one_joint.joint_arm import JointArm
-from mafsil.one_joint.joint_law import JointLaw
+from mafsil.one_joint.joint_law import JointArm, JointLaw
 from mafsil.one_joint.row_answer import RowAnswer
 
 Reference = Callable[[Floats], tuple[ArrayLike, ArrayLike, ArrayLike]]

@@ -12,8 +12,7 @@ from mafsil.answer import Status
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
 from mafsil.one_joint.arguments import row
-from mafsil.one_joint.joint_arm import JointArm
-from mafsil.one_joint.joint_law import JointLaw, LawKind
+from mafsil.one_joint.joint_law import JointArm, JointLaw, LawKind
 from mafsil.one_joint.polynomial import coefficients_of, polynomial_value, roots
 from mafsil.one_joint.routh import routh_hurwitz
 from mafsil.one_joint.row_answer import RowAnswer

@@ -33,7 +33,7 @@ from mafsil.lazy_module import lazily
 from mafsil.mechanics import catalogue
 from mafsil.mechanics.loop_terms import Holding, Loop, Term
 from mafsil.robot import Robot, as_open_tree
-from mafsil.robot.masses import require_masses
+from mafsil.robot.compiled_robot import require_masses
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.stepping import Stepper
 

@@ -34,13 +34,13 @@ from mafsil.parallel.planar.five_bar import PlanarChain as PlanarChain
 from mafsil.parallel.planar.parallel_cranks import ParallelCranks as ParallelCranks
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR as PlanarThreeRPR
 from mafsil.parallel.planar.planar_legs import PlanarThreeRRR as PlanarThreeRRR
+from mafsil.parallel.platforms.assembly_modes import stewart_assembly_modes as stewart_assembly_modes
 from mafsil.parallel.platforms.delta import DeltaRobot as DeltaRobot
 from mafsil.parallel.platforms.delta import Eclipse as Eclipse
-from mafsil.parallel.platforms.platform_modes import stewart_assembly_modes as stewart_assembly_modes
 from mafsil.parallel.platforms.platform_workspace import PlatformLimits as PlatformLimits
 from mafsil.parallel.platforms.platform_workspace import platform_workspace as platform_workspace
+from mafsil.parallel.platforms.pose_space import nearest_singularity as nearest_singularity
 from mafsil.parallel.platforms.regular_way import mode_path as mode_path
-from mafsil.parallel.platforms.singular_distance import nearest_singularity as nearest_singularity
 from mafsil.parallel.platforms.stewart import StewartPlatform as StewartPlatform
 from mafsil.parallel.platforms.three_rps_forward import ThreeRPS as ThreeRPS
 from mafsil.parallel.robot_file import read_parallel as read_parallel

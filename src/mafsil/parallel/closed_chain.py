@@ -18,7 +18,7 @@ from mafsil.errors import InputError, ModelError
 from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
-from mafsil.parallel import closed_jacobians, closed_terms, closing
+from mafsil.parallel import closed_terms, closing
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
 from mafsil.parallel.closed_compiled import CompiledChain, Run, trusted
 from mafsil.parallel.closed_kernels import terms_kernel
@@ -313,11 +313,11 @@ class ClosedChain:
         Raises:
             InputError: coordinates that open a loop, or at which the driven joints do not decide the others.
         """
-        return closed_jacobians.closed_jacobian(self, q, self.actuated, "body", frame)
+        return closed_terms.closed_jacobian(self, q, self.actuated, "body", frame)
 
     def jacobian_space(self, q: ArrayLike, *, frame: str | None = None) -> Floats:
         """(*batch, 6, a) as `jacobian_body`, the twist in {s}."""
-        return closed_jacobians.closed_jacobian(self, q, self.actuated, "space", frame)
+        return closed_terms.closed_jacobian(self, q, self.actuated, "space", frame)
 
     def joint_torque(self, q: ArrayLike, F: ArrayLike, *, frame: str | None = None) -> Floats:
         """(*batch, a) efforts of the driven joints with which the tip exerts a wrench on the world; weight left aside.

@@ -1,8 +1,8 @@
 """Planning: paths that meet nothing, among polygons, for arms, in any number of coordinates; several robots in time.
 
 call      mf.plan(robot, obstacles, start, goal), mf.optimal_base_placement; mafsil plan
-computed  `arm_planning` asks `arm_search`, then `shortening`; `path_constraints` keep a tool upright,
-          `coordination` and `prioritized` lead several arms; `polygons` and `visibility` are the plane of the
+computed  `arm_planning` asks `arm_search`, then `pipeline`; `path_constraints` keep a tool upright,
+          `coordination` and `prioritized` lead several arms; `polygons` and `quadtree` are the plane of the
           textbook
 compiled  `arm_search_loops` (RRT-Connect; every motion of its path is proved by `mafsil.collision`),
           `roadmap_loops`, `shorten_loops`

@@ -32,14 +32,18 @@ from mafsil.planning.path_constraints import LoopClosed as LoopClosed
 from mafsil.planning.path_constraints import OnLine as OnLine
 from mafsil.planning.path_constraints import Upright as Upright
 from mafsil.planning.pipeline import find_path as find_path
+from mafsil.planning.pipeline import shortened as shortened
 from mafsil.planning.placement_answer import BasePlacement as BasePlacement
 from mafsil.planning.placement_answer import Miss as Miss
 from mafsil.planning.planner_bench import PlannerBench as PlannerBench
 from mafsil.planning.planner_bench import PlannerResult as PlannerResult
 from mafsil.planning.planner_bench import Query as Query
+from mafsil.planning.planner_bench import SearchLog as SearchLog
 from mafsil.planning.planner_bench import bench_planners as bench_planners
+from mafsil.planning.planner_bench import watch as watch
 from mafsil.planning.polygons import PolygonWorld as PolygonWorld
 from mafsil.planning.polygons import minkowski_sum as minkowski_sum
+from mafsil.planning.polygons import visibility_path as visibility_path
 from mafsil.planning.potential_field import PotentialField as PotentialField
 from mafsil.planning.potential_field import disc as disc
 from mafsil.planning.prioritized import plan_around_moving as plan_around_moving
@@ -51,7 +55,3 @@ from mafsil.planning.roadmap import ArmRoadmap as ArmRoadmap
 from mafsil.planning.search import PLANNERS as PLANNERS
 from mafsil.planning.search import Planner as Planner
 from mafsil.planning.search import SearchBudget as SearchBudget
-from mafsil.planning.search_log import SearchLog as SearchLog
-from mafsil.planning.search_log import watch as watch
-from mafsil.planning.shortening import shortened as shortened
-from mafsil.planning.visibility import visibility_path as visibility_path

@@ -15,9 +15,9 @@ from mafsil.planning.arm_limits import Moving
 from mafsil.planning.arm_search import Searched, search, summed
 from mafsil.planning.cell_cover import MOST_MOVING
 from mafsil.planning.interruption import best_kept
+from mafsil.planning.pipeline import shortened
 from mafsil.planning.problem import Problem, length_of
 from mafsil.planning.search import PLANNERS, SearchBudget
-from mafsil.planning.shortening import shortened
 
 if TYPE_CHECKING:
     import mafsil.planning.path_optimisation as path_optimisation

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import mafsil.planning.arm_search_loops as arm_search_loops
     import mafsil.planning.retreat_loops as retreat_loops
     from mafsil.collision import Checker
-    from mafsil.collision.laid_arm import LaidArm
+    from mafsil.collision.layout import LaidArm
     from mafsil.kernels.loops.held import Held
     from mafsil.planning.arm_question_loops import Question
     from mafsil.planning.arm_search_loops import Forests

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, single
-from mafsil.planning.doors import Ends, way_through
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.polygons import PolygonWorld
+from mafsil.planning.quadtree import Ends, way_through
 
 _Key: TypeAlias = tuple[int, int]
 """The edges below and above a cell; -1 is the border."""

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 from mafsil.arrays import Floats
 from mafsil.robot import Robot
-from mafsil.scene.solids import Body
+from mafsil.scene.drawing import Body
 
 Level: TypeAlias = Literal["good", "warning", "failure"]
 """How good the news is."""

@@ -10,8 +10,8 @@ from mafsil.job import Run
 from mafsil.job.contact_tables import Guide, Hole, Surface
 from mafsil.job.door_grips import grips
 from mafsil.scene import Body, Solid
+from mafsil.scene.drawing import Colour
 from mafsil.scene.inline import near_side, patch, stretch
-from mafsil.scene.solids import Colour
 
 COLOUR = (0.62, 0.70, 0.74, 1.0)
 CLEAR = (*COLOUR[:3], 0.22)

@@ -19,7 +19,7 @@ SOURCES = ("mafsil.algebra", "mafsil.mechanics")
 """Packages whose code shapes the expressions: where a builder's own code or what it imports changes, it is traced anew.
 """
 BESIDE = (
-    "mafsil.mechanics.catalogue", "mafsil.mechanics.quantity", "mafsil.mechanics.arm_size", "mafsil.mechanics.states",
+    "mafsil.mechanics.catalogue", "mafsil.mechanics.quantity", "mafsil.mechanics.arm_size", "mafsil.mechanics.quantity",
     "mafsil.mechanics.textbook",
 )  # fmt: skip
 """What the files of quantities import for their rows: it shapes no expression."""

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     import mafsil.expression as ex
     import mafsil.mechanics.body_tree as body_tree
     import mafsil.mechanics.frame_choice as frame_choice
-    import mafsil.mechanics.regrouping as regrouping
+    import mafsil.mechanics.frame_choice as regrouping
 else:
     ex = lazily("mafsil.expression")
     body_tree = lazily("mafsil.mechanics.body_tree")
     frame_choice = lazily("mafsil.mechanics.frame_choice")
-    regrouping = lazily("mafsil.mechanics.regrouping")
+    regrouping = lazily("mafsil.mechanics.frame_choice")
 
 
 def signature(mechanism: Mechanism, quantity: Quantity, optional: tuple[str, ...] = ()) -> Signature:

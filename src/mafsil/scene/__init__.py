@@ -1,7 +1,7 @@
 """What reports and pages draw: a robot as solids in Python, and the scripts that show solids in a browser.
 
 call      no public face: pages draw with it
-computed  `solids` of a robot, `drawing` and `modules` the scripts, `inline` puts them into one file
+computed  `drawing` makes solids of a robot, `modules` names the scripts, `inline` puts them into one file
 tested    tests/page, tests/report
 """
 

@@ -1,7 +1,6 @@
 from mafsil.mechanics.rigid_body import RigidBody as RigidBody
 from mafsil.simulation.clock import Deadlines as Deadlines
 from mafsil.simulation.closed_plant import ClosedPlant as ClosedPlant
-from mafsil.simulation.cluster import cluster_of as cluster_of
 from mafsil.simulation.contact_scenes import chalk_on_board as chalk_on_board
 from mafsil.simulation.contact_scenes import eraser_on_board as eraser_on_board
 from mafsil.simulation.contact_scenes import open_a_door as open_a_door
@@ -16,6 +15,7 @@ from mafsil.simulation.iterative_learning import learning_factor as learning_fac
 from mafsil.simulation.live_log import LiveLog as LiveLog
 from mafsil.simulation.loop import simulate as simulate
 from mafsil.simulation.many_runs import MonteCarlo as MonteCarlo
+from mafsil.simulation.many_runs import cluster_of as cluster_of
 from mafsil.simulation.many_runs import monte_carlo as monte_carlo
 from mafsil.simulation.motion import ForwardMotion as ForwardMotion
 from mafsil.simulation.motion import FreeBodyMotion as FreeBodyMotion

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.control import saturated
-from mafsil.control.laws.feedback import Integral
-from mafsil.control.laws.law_memory import integrals_of
+from mafsil.control.laws.feedback import Integral, integrals_of
 from mafsil.errors import InputError
 from mafsil.simulation.closed_plant import LoopsLost
 from mafsil.simulation.fused import FusedLoop

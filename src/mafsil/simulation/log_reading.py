@@ -16,8 +16,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.regular_file import opened
-from mafsil.simulation.live_log import BEGINS, CHECKSUM, ENDS, SHAPES, TOPIC, checksum, require_mcap
-from mafsil.simulation.tick_bytes import TickBytes
+from mafsil.simulation.live_log import BEGINS, CHECKSUM, ENDS, SHAPES, TOPIC, TickBytes, checksum, require_mcap
 
 if TYPE_CHECKING:
     from mcap.records import Chunk, McapRecord

@@ -35,7 +35,7 @@ from mafsil.control.laws import (
     SlidingMode,
     TaskComputedTorque,
 )
-from mafsil.control.laws.law_memory import take_over
+from mafsil.control.laws.feedback import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 

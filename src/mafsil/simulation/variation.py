@@ -12,7 +12,7 @@ from mafsil.arrays import Floats, not_negative, number, real_array
 from mafsil.errors import InputError
 from mafsil.fields import checked
 from mafsil.mechanics.inertial_parameters import inertial_parameters
-from mafsil.mechanics.varied_bodies import body_parameters, friction_rows
+from mafsil.mechanics.tree_plant import body_parameters, friction_rows
 from mafsil.messages import say
 from mafsil.robot import Robot
 from mafsil.simulation.disturbance import SensorNoise
@@ -116,7 +116,7 @@ class Variants:
         return any(each is not None for each in (self.payload, self.inertia, self.friction))
 
     def bodies(self, robot: Robot) -> Floats:
-        """(b, bodies, 10) inertial parameters of the plants, `mafsil.mechanics.varied_bodies`."""
+        """(b, bodies, 10) inertial parameters of the plants, `mafsil.mechanics.tree_plant`."""
         parameters = np.broadcast_to(
             inertial_parameters(robot.mechanism), (self.count, len(robot.mechanism.links), 10)
         ).copy()

@@ -1,8 +1,8 @@
 """Numbers only: iterations, integrators and their honest outcomes; no robot.
 
 call      no public face: others ask
-computed  `least_squares`, `bounded_least_squares`, `linear_program`, `bracketed_root`, `integrate` over
-          `embedded` and `tableaus`; `local_dimension` decides what a point of a mechanism belongs to
+computed  `least_squares`, `bounded_least_squares`, `linear_program`, `bracketed_root`, `integrate`, and
+          `adaptive` over `embedded`; `local_dimension` decides what a point of a mechanism belongs to
 compiled  `hull_growth_loops`, `horizon_loops`, `contact_loops`, `positive_span_loops`, `cholesky_loops`
 tested    tests/solvers
 """

@@ -12,10 +12,18 @@ import numpy as np
 from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
 from mafsil.solvers.embedded import EmbeddedPair
-from mafsil.solvers.events import Event, Watch
 from mafsil.solvers.integrate import Field
 from mafsil.solvers.outcome import Outcome
-from mafsil.solvers.solution import Crossing, IntegrationStatus, Solution, SolutionBuilder, cut, value_within
+from mafsil.solvers.solution import (
+    Crossing,
+    Event,
+    IntegrationStatus,
+    Solution,
+    SolutionBuilder,
+    Watch,
+    cut,
+    value_within,
+)
 from mafsil.solvers.tolerances import (
     AFTER_RESET,
     CLOSE_RESETS,

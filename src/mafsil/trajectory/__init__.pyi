@@ -3,13 +3,13 @@ from mafsil.trajectory import paths as paths
 from mafsil.trajectory import profiles as profiles
 from mafsil.trajectory import splines as splines
 from mafsil.trajectory import timing as timing
-from mafsil.trajectory.checks.continuity import continuity as continuity
 from mafsil.trajectory.checks.limit_check import check as check
 from mafsil.trajectory.checks.limit_proof import prove as prove
 from mafsil.trajectory.checks.requirements import KeepsClear as KeepsClear
 from mafsil.trajectory.checks.requirements import MaxDerivativeJump as MaxDerivativeJump
 from mafsil.trajectory.checks.requirements import MaxDuration as MaxDuration
 from mafsil.trajectory.checks.requirements import PassThrough as PassThrough
+from mafsil.trajectory.checks.requirements import continuity as continuity
 from mafsil.trajectory.checks.requirements import require as require
 from mafsil.trajectory.difficulties import diagnose_path as diagnose_path
 from mafsil.trajectory.difficulties import reachability as reachability
@@ -48,9 +48,9 @@ from mafsil.trajectory.profiles.profile_comparison import compare_profiles as co
 from mafsil.trajectory.profiles.sequence import sequence as sequence
 from mafsil.trajectory.profiles.trapezoid import trapezoid as trapezoid
 from mafsil.trajectory.splines.bspline import bspline as bspline
-from mafsil.trajectory.splines.bspline_through import bspline_through as bspline_through
-from mafsil.trajectory.splines.bspline_through import minimum_jerk_through as minimum_jerk_through
-from mafsil.trajectory.splines.bspline_through import minimum_snap_through as minimum_snap_through
+from mafsil.trajectory.splines.bspline import bspline_through as bspline_through
+from mafsil.trajectory.splines.bspline import minimum_jerk_through as minimum_jerk_through
+from mafsil.trajectory.splines.bspline import minimum_snap_through as minimum_snap_through
 from mafsil.trajectory.splines.cubic_spline import cubic_through as cubic_through
 from mafsil.trajectory.splines.linear_blends import linear_blends as linear_blends
 from mafsil.trajectory.splines.via_rates import via_rates as via_rates

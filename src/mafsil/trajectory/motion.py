@@ -1,4 +1,7 @@
-"""The protocol of all trajectories: a duration, a width, and position, velocity and acceleration at any time."""
+"""The protocol of all trajectories: a duration, a width, and position, velocity and acceleration at any time.
+
+Trajectories printed: how long, from where to where, and the peaks of each coordinate.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array, require_finite
+from mafsil.messages import say
+from mafsil.messages.tables import in_notebook, number, table
 
 
 class Motion(NamedTuple):
@@ -94,3 +99,66 @@ def moving_at(t: Floats, duration: float, trailing: int) -> Floats:
     """
     inside = ((t >= 0.0) & (t <= duration)).astype(np.float64)
     return inside.reshape(t.shape + (1,) * trailing)
+
+
+SAMPLES = 4001
+"""Times at which peaks are looked for: a peak between two of them is missed by less than its fourth digit."""
+MOST_BREAKS = 20_000
+"""Breaks beyond these are not looked at one by one."""
+COLUMNS = ("coordinate", "start", "end", "velocity", "acceleration", "jerk")
+
+
+def overview(trajectory: Trajectory, names: tuple[str, ...] = (), language: str | None = None) -> str:
+    """A sentence and a table: one row for each coordinate, in its own units and seconds.
+
+    Args:
+        trajectory: any; of a batch the largest values are shown.
+        names: (n,) of the coordinates; their indices if empty.
+        language: `en` or `ar`; the current one if None.
+    """
+    t = _times(trajectory)
+    motion = trajectory.at(t)
+    start, end = (motion.u[k].reshape(-1, trajectory.n) for k in (0, -1))
+    peaks = [_peaks(x, trajectory.n) for x in (motion.v, motion.a, trajectory.jerk(t))]
+    labels = names or tuple(str(k) for k in range(trajectory.n))
+    rows = [
+        [label, *(number(float(x)) for x in row)]
+        for label, *row in zip(labels, _largest(start), _largest(end), *peaks, strict=True)
+    ]
+    details = {"n": trajectory.n, "duration": trajectory.duration, "pieces": max(len(trajectory.breaks()) - 1, 0)}
+    if len(start) == 1:
+        title = say("trajectory.overview", language=language, **details)
+    else:
+        title = say("trajectory.overview_batch", language=language, count=len(start), **details)
+    head = [say(f"trajectory.column_{name}", language=language) for name in COLUMNS]
+    return "\n".join([title, *table(head, rows, language)])
+
+
+class Printed:
+    """A trajectory that shows its overview when it is printed, in notebooks too."""
+
+    __slots__ = ()
+
+    def __repr__(self: Trajectory) -> str:
+        return overview(self)
+
+    def _repr_html_(self: Trajectory) -> str:
+        return in_notebook(overview(self))
+
+
+def _times(trajectory: Trajectory) -> Floats:
+    """From 0 to the duration; both sides of breaks, where derivatives jump."""
+    breaks = trajectory.breaks()[:MOST_BREAKS]
+    even = np.linspace(0.0, trajectory.duration, SAMPLES)
+    before = np.maximum(np.nextafter(breaks, -1.0), 0.0)
+    return np.unique(np.concatenate([even, breaks, before]))
+
+
+def _peaks(values: Floats, n: int) -> Floats:
+    """(n,) largest magnitudes of values (times, *batch, n)."""
+    return np.abs(values).reshape(-1, n).max(axis=0, initial=0.0)
+
+
+def _largest(values: Floats) -> Floats:
+    """(n,) of values (batch, n) those of largest magnitude, with their sign."""
+    return np.take_along_axis(values, np.abs(values).argmax(axis=0)[None], axis=0)[0] if len(values) else values

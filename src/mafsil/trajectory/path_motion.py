@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats
 from mafsil.model import JointLimits
 from mafsil.trajectory.checks.limit_check import extremes
-from mafsil.trajectory.motion import Motion, Stretchable, times
+from mafsil.trajectory.motion import Motion, Printed, Stretchable, times
 from mafsil.trajectory.motion_limits import MotionLimits, motion_limits, share_of
-from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
 

@@ -12,7 +12,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import ModelError
 from mafsil.mechanics.arm_size import RATE, ArmSize
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.states import States
+from mafsil.mechanics.quantity import States
 from mafsil.mechanics.textbook import Textbook, along
 from mafsil.robot import Robot
 from mafsil.verification.tolerances import CONDITION, SMALLEST

@@ -9,10 +9,10 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.geometry import rotation
-from mafsil.mechanics.states import States
+from mafsil.mechanics.quantity import States
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import Inertial, Joint, JointKind, Mechanism
-from mafsil.verification.coupled import solved
+from mafsil.verification.pinocchio_peer import solved
 
 LEFT_OUT = ("coriolis_matrix", "inverse_dynamics_derivatives", "link_wrenches", "regressor")
 GENERAL = '<inertial pos="0.1 0.2 0.3" quat="1 2 3 4" mass="1" diaginertia="1 1.1 1.2"/>'

@@ -1,4 +1,7 @@
-"""Pinocchio's numbers for a mechanism, built joint by joint in its memory; imported only when it is asked for."""
+"""Pinocchio's numbers for a mechanism, built joint by joint in its memory; imported only when it is asked for.
+
+Accelerations of joints that follow others, from a peer's own mass matrix and bias, for it knows no coupling.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.arrays import Floats
-from mafsil.mechanics.states import States
+from mafsil.arrays import Floats, JointVector
+from mafsil.mechanics.quantity import States
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import JointKind, Mechanism
-from mafsil.verification.coupled import solved
 
 OURS = [3, 4, 5, 0, 1, 2]
 """Rows (v, omega) of Pinocchio in our order."""
@@ -117,3 +119,11 @@ class _Pinocchio:
         M = np.triu(self.data.M) + np.triu(self.data.M, 1).T
         blocks = [self.B.T @ block @ self.B for block in (self.data.dtau_dq, self.data.dtau_dv, M)]
         return np.stack(blocks)
+
+
+def solved(M: Floats, load: JointVector) -> JointVector:
+    """(n,) qdd of M qdd = load; infinite where M cannot be inverted, so that nothing agrees with it."""
+    try:
+        return np.linalg.solve(M, load).astype(np.float64, copy=False)
+    except np.linalg.LinAlgError:
+        return np.full_like(load, np.inf)

@@ -1,9 +1,14 @@
-"""One call that compares every routine of a robot with an independent method for the same number."""
+"""One call that compares every routine of a robot with an independent method for the same number.
+
+Peers as a further method, where they are installed: the same mechanism built in their memory, the same states.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
+from importlib import import_module
+from importlib.util import find_spec
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -12,8 +17,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError, ModelError
 from mafsil.mechanics.arm_size import ArmSize
 from mafsil.mechanics.catalogue import CATALOGUE, quantity
-from mafsil.mechanics.quantity import Quantity
-from mafsil.mechanics.states import States, random_states
+from mafsil.mechanics.quantity import Quantity, States, random_states
 from mafsil.mechanics.textbook import Textbook
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike, as_mechanism
@@ -21,10 +25,11 @@ from mafsil.robot import Robot, as_robot
 from mafsil.robot.closed_states import STATES
 from mafsil.verification.closed import closed_judge
 from mafsil.verification.composed import LeftOut, composed_checks
-from mafsil.verification.peers import PEERS, peer_checks, standing
 from mafsil.verification.tolerances import LIMIT, ROUNDING, SINGULAR, SMALLEST
 from mafsil.verification.verification import UNCHECKED, Check, Verification
 
+PEERS = {"pinocchio": "mafsil.verification.pinocchio_peer", "mujoco": "mafsil.verification.mujoco_peer"}
+"""Their names as Python imports them, and the module that knows how to ask them."""
 MOST_STATES = 10_000
 TREE = "without_loops()."
 """How names of the open tree's routines begin, where a robot has loops."""
@@ -224,3 +229,47 @@ def _worst(ratio: Floats) -> Floats:
     """(b,) largest entry of each state; infinite where it is NaN."""
     flat = ratio.reshape(len(ratio), -1).max(axis=1, initial=0.0)
     return np.where(np.isfinite(flat), flat, np.inf)
+
+
+def standing(against: Collection[str]) -> tuple[tuple[str, str], ...]:
+    """For every peer the key of the sentence: compared, installed but not compared, or not installed."""
+    return tuple(
+        (name, f"verification.peer_{'compared' if name in against else 'idle' if find_spec(name) else 'missing'}")
+        for name in PEERS
+    )
+
+
+def peer_checks(
+    name: str, robot: Robot, s: States, limit: float, error: Callable[[str, Floats, Floats], Floats]
+) -> tuple[list[Check], list[tuple[str, str]]]:
+    """Checks of all that the peer computes too, and what was left out.
+
+    Args:
+        name: of the peer.
+        robot: the robot.
+        s: states.
+        limit: relative error allowed.
+        error: how far two arrays of a quantity are apart, per state.
+
+    Raises:
+        InputError: the peer is not installed.
+    """
+    if find_spec(name) is None:
+        raise InputError("verification.not_installed", peer=name)
+    answers, missing = import_module(PEERS[name]).answers(robot.mechanism, s)
+    checks: list[Check] = []
+    for routine, theirs in answers.items():
+        try:
+            ours = _ours(robot, routine, s)
+        except ModelError:
+            missing = [*missing, (f"{routine}, {name}", "verification.no_inverse")]
+            continue
+        gaps = error(routine.partition("(")[0], ours, np.asarray(theirs))
+        checks.append(Check(routine, f"verification.{name}", float(gaps.max()), limit, int(gaps.argmax())))
+    return checks, missing
+
+
+def _ours(robot: Robot, routine: str, s: States) -> Floats:
+    name, _, with_wrench = routine.partition("(")
+    inputs = [getattr(s, key) for key in quantity(name).inputs]
+    return np.asarray(getattr(robot, name)(*inputs, *([s.tip_wrench] if with_wrench else [])))

@@ -13,11 +13,11 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.control.analysis.worst_case import MinMax
 from mafsil.control.contact.admittance import AdmittanceControl
 from mafsil.control.contact.constraint_estimate import ContactFeedforward
-from mafsil.control.contact.contact_switch import ContactSwitch, TipDamping
 from mafsil.control.contact.force import ForceControl, gained
 from mafsil.control.contact.hybrid import HybridControl
 from mafsil.control.contact.impedance import ImpedanceControl
 from mafsil.control.contact.impedance_by_force import ImpedanceByForce
+from mafsil.control.contact.tip_sensor import ContactSwitch, TipDamping
 from mafsil.control.joints.current_loop import CurrentLoopLaw
 from mafsil.control.joints.delayed import Delayed
 from mafsil.control.joints.encoder_loop import EncoderLoop
@@ -28,10 +28,10 @@ from mafsil.control.laws.feedback import pd
 from mafsil.control.laws.joint_feedback import Feedforward, JointFeedback, feedforward
 from mafsil.control.laws.law import Combined, Law, as_law
 from mafsil.control.laws.linear_quadratic import LinearQuadratic
-from mafsil.control.laws.null_space import NullSpaceFeedback
 from mafsil.control.laws.receding_horizon import ModelPredictive
 from mafsil.control.laws.sliding_mode import SlidingMode
-from mafsil.control.laws.task_space import TaskComputedTorque
+from mafsil.control.laws.task_dynamics import NullSpaceFeedback
+from mafsil.control.laws.tip_motion import TaskComputedTorque
 from mafsil.mechanics.friction import has_friction
 from mafsil.robot import Robot
 from mafsil.trajectory import Motion

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, positive, require_kind, single
 from mafsil.control.laws.gains import Gains, per_joint
-from mafsil.control.laws.task_angles import rates_of_angles
-from mafsil.control.laws.task_coordinates import TWISTS, TaskAxes, TaskCoordinates, TaskTarget
+from mafsil.control.laws.task_coordinates import TWISTS, TaskAxes, TaskCoordinates, TaskTarget, rates_of_angles
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, quaternion, rotation
 from mafsil.messages import say

@@ -10,11 +10,11 @@ from mafsil.arrays import require_kind
 from mafsil.control.analysis.citation import Citation, citation
 from mafsil.control.analysis.worst_case import MinMax
 from mafsil.control.contact.admittance import AdmittanceControl
-from mafsil.control.contact.contact_switch import ContactSwitch
 from mafsil.control.contact.force import ForceControl
 from mafsil.control.contact.hybrid import HybridControl
 from mafsil.control.contact.impedance import ImpedanceControl
 from mafsil.control.contact.impedance_by_force import ImpedanceByForce
+from mafsil.control.contact.tip_sensor import ContactSwitch
 from mafsil.control.joints.current_loop import CurrentLoopLaw
 from mafsil.control.joints.delayed import Delayed
 from mafsil.control.joints.encoder_loop import EncoderLoop
@@ -27,7 +27,7 @@ from mafsil.control.laws.matrix_feedback import MatrixFeedback
 from mafsil.control.laws.receding_horizon import ModelPredictive
 from mafsil.control.laws.sliding_mode import SlidingMode
 from mafsil.control.laws.task_coordinates import TaskCoordinates
-from mafsil.control.laws.task_space import TaskComputedTorque
+from mafsil.control.laws.tip_motion import TaskComputedTorque
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity

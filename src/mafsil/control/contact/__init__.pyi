@@ -20,13 +20,13 @@ from mafsil.control.contact.constraint_estimate import ContactFeedforward as Con
 from mafsil.control.contact.constraint_estimate import EstimatedConstraint as EstimatedConstraint
 from mafsil.control.contact.constraint_estimate import contact_feedforward as contact_feedforward
 from mafsil.control.contact.constraint_estimate import estimate_contact_constraint as estimate_contact_constraint
-from mafsil.control.contact.contact_switch import ContactSwitch as ContactSwitch
-from mafsil.control.contact.contact_switch import TipDamping as TipDamping
 from mafsil.control.contact.environment import CombinedEnvironment as CombinedEnvironment
 from mafsil.control.contact.environment import Environment as Environment
 from mafsil.control.contact.environment import SpringDamper as SpringDamper
+from mafsil.control.contact.environment import VirtualEnvironment as VirtualEnvironment
 from mafsil.control.contact.environment import Wall as Wall
 from mafsil.control.contact.environment import tip_wrench_of as tip_wrench_of
+from mafsil.control.contact.environment import virtual_environment as virtual_environment
 from mafsil.control.contact.force import ForceControl as ForceControl
 from mafsil.control.contact.force import applied_wrench as applied_wrench
 from mafsil.control.contact.force import force_control as force_control
@@ -52,6 +52,6 @@ from mafsil.control.contact.shaped_environment import Hole as Hole
 from mafsil.control.contact.shaped_environment import RoundSurface as RoundSurface
 from mafsil.control.contact.shaped_environment import guiding_line as guiding_line
 from mafsil.control.contact.shaped_environment import guiding_plane as guiding_plane
+from mafsil.control.contact.tip_sensor import ContactSwitch as ContactSwitch
+from mafsil.control.contact.tip_sensor import TipDamping as TipDamping
 from mafsil.control.contact.tip_sensor import TipForceSensor as TipForceSensor
-from mafsil.control.contact.virtual_environment import VirtualEnvironment as VirtualEnvironment
-from mafsil.control.contact.virtual_environment import virtual_environment as virtual_environment

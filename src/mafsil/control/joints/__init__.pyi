@@ -4,14 +4,14 @@ from mafsil.control.joints.current_loop import CurrentLoopLaw as CurrentLoopLaw
 from mafsil.control.joints.current_loop import current_loop as current_loop
 from mafsil.control.joints.delayed import Delayed as Delayed
 from mafsil.control.joints.delayed import delayed as delayed
-from mafsil.control.joints.elastic_arm import ElasticArm as ElasticArm
-from mafsil.control.joints.elastic_arm import ElasticState as ElasticState
-from mafsil.control.joints.elastic_arm import elastic_arm as elastic_arm
+from mafsil.control.joints.elastic_laws import ElasticArm as ElasticArm
 from mafsil.control.joints.elastic_laws import ElasticLaw as ElasticLaw
 from mafsil.control.joints.elastic_laws import ElasticLinearization as ElasticLinearization
+from mafsil.control.joints.elastic_laws import ElasticState as ElasticState
 from mafsil.control.joints.elastic_laws import MotorFeedback as MotorFeedback
 from mafsil.control.joints.elastic_laws import SetPointCondition as SetPointCondition
 from mafsil.control.joints.elastic_laws import SingularPerturbationControl as SingularPerturbationControl
+from mafsil.control.joints.elastic_laws import elastic_arm as elastic_arm
 from mafsil.control.joints.elastic_laws import elastic_linearization as elastic_linearization
 from mafsil.control.joints.elastic_laws import motor_feedback as motor_feedback
 from mafsil.control.joints.elastic_laws import set_point_condition as set_point_condition

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import JointVector, positive
+from mafsil.control.laws.feedback import take_over
 from mafsil.control.laws.law import Around, Law, LawFunction, as_law
-from mafsil.control.laws.law_memory import take_over
 from mafsil.trajectory import Motion
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mafsil.arrays import JointVector, single
+from mafsil.control.laws.feedback import take_over
 from mafsil.control.laws.law import Around, Law, LawFunction, as_law
-from mafsil.control.laws.law_memory import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 

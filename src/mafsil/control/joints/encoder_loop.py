@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, frozen, real_array, single
+from mafsil.control.laws.feedback import take_over
 from mafsil.control.laws.law import Around, Law, LawFunction, as_law
-from mafsil.control.laws.law_memory import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 

@@ -9,6 +9,7 @@ from mafsil.control.laws.closed_reference import DrivenTrajectory as DrivenTraje
 from mafsil.control.laws.closed_reference import driven_trajectory as driven_trajectory
 from mafsil.control.laws.computed_torque import ComputedTorque as ComputedTorque
 from mafsil.control.laws.computed_torque import computed_torque as computed_torque
+from mafsil.control.laws.feedback import LawMemory as LawMemory
 from mafsil.control.laws.gains import Gains as Gains
 from mafsil.control.laws.joint_feedback import Feedforward as Feedforward
 from mafsil.control.laws.joint_feedback import JointFeedback as JointFeedback
@@ -24,7 +25,6 @@ from mafsil.control.laws.law import as_law as as_law
 from mafsil.control.laws.law import combined as combined
 from mafsil.control.laws.law import saturated as saturated
 from mafsil.control.laws.law_export import export_law as export_law
-from mafsil.control.laws.law_memory import LawMemory as LawMemory
 from mafsil.control.laws.linear_quadratic import LinearQuadratic as LinearQuadratic
 from mafsil.control.laws.linear_quadratic import linear_quadratic as linear_quadratic
 from mafsil.control.laws.matrix_feedback import MatrixFeedback as MatrixFeedback
@@ -32,8 +32,6 @@ from mafsil.control.laws.matrix_feedback import MatrixGains as MatrixGains
 from mafsil.control.laws.matrix_feedback import matrix_computed_torque as matrix_computed_torque
 from mafsil.control.laws.matrix_feedback import matrix_gravity_compensation as matrix_gravity_compensation
 from mafsil.control.laws.matrix_feedback import matrix_pid as matrix_pid
-from mafsil.control.laws.null_space import NullSpaceFeedback as NullSpaceFeedback
-from mafsil.control.laws.null_space import null_space_feedback as null_space_feedback
 from mafsil.control.laws.receding_horizon import ModelPredictive as ModelPredictive
 from mafsil.control.laws.receding_horizon import model_predictive as model_predictive
 from mafsil.control.laws.sliding_mode import SlidingCertificate as SlidingCertificate
@@ -42,11 +40,13 @@ from mafsil.control.laws.sliding_mode import sliding_certificate as sliding_cert
 from mafsil.control.laws.sliding_mode import sliding_mode as sliding_mode
 from mafsil.control.laws.task_coordinates import TaskCoordinates as TaskCoordinates
 from mafsil.control.laws.task_coordinates import TaskTarget as TaskTarget
+from mafsil.control.laws.task_dynamics import NullSpaceFeedback as NullSpaceFeedback
 from mafsil.control.laws.task_dynamics import TaskDynamics as TaskDynamics
+from mafsil.control.laws.task_dynamics import null_space_feedback as null_space_feedback
 from mafsil.control.laws.task_dynamics import task_dynamics as task_dynamics
-from mafsil.control.laws.task_space import TaskComputedTorque as TaskComputedTorque
-from mafsil.control.laws.task_space import task_computed_torque as task_computed_torque
+from mafsil.control.laws.tip_motion import TaskComputedTorque as TaskComputedTorque
 from mafsil.control.laws.tip_motion import TipMotion as TipMotion
 from mafsil.control.laws.tip_motion import TipOfJoints as TipOfJoints
 from mafsil.control.laws.tip_motion import hold_pose as hold_pose
 from mafsil.control.laws.tip_motion import target_in_axes as target_in_axes
+from mafsil.control.laws.tip_motion import task_computed_torque as task_computed_torque

@@ -31,9 +31,9 @@ from mafsil.parallel.closed_compiled import trusted
 from mafsil.trajectory import Motion
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.law_step as steps
+    import mafsil.mechanics.closed_loop as steps
 else:
-    steps = lazily("mafsil.mechanics.law_step")
+    steps = lazily("mafsil.mechanics.closed_loop")
 
 
 Run = Callable[..., Any]
@@ -212,7 +212,7 @@ def closed_law_terms(law: Law, q: ArrayLike) -> LawTerms | None:
 
 
 def law_kernel(mechanism: Mechanism, terms: tuple[Term, ...]) -> Kernel:
-    """The kernel of `mafsil.mechanics.law_step.closed_law`.
+    """The kernel of `mafsil.mechanics.closed_loop.closed_law`.
 
     Args:
         mechanism: with loops.

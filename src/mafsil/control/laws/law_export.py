@@ -25,11 +25,11 @@ from mafsil.robot import Robot, as_robot
 if TYPE_CHECKING:
     import mafsil.control.laws.law_trace as law_trace
     import mafsil.kernels.traced_number as traced_number
-    import mafsil.mechanics.law_step as steps
+    import mafsil.mechanics.closed_loop as steps
 else:
     law_trace = lazily("mafsil.control.laws.law_trace")
     traced_number = lazily("mafsil.kernels.traced_number")
-    steps = lazily("mafsil.mechanics.law_step")
+    steps = lazily("mafsil.mechanics.closed_loop")
 
 PORTS = {
     "q": "measured coordinates [rad | m]",

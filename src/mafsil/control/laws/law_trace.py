@@ -24,7 +24,7 @@ import numpy as np
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats
-from mafsil.control.joints.elastic_arm import ElasticState
+from mafsil.control.joints.elastic_laws import ElasticState
 from mafsil.control.laws.law import Law
 from mafsil.control.laws.task_coordinates import TaskTarget
 from mafsil.geometry import pose, rotation

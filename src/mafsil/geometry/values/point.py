@@ -10,8 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats, Scalar, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry.values import labels
-from mafsil.geometry.values.linear import Linear
-from mafsil.geometry.values.value import Value, operands
+from mafsil.geometry.values.value import Linear, Value, operands
 
 METRES: dict[str, float] = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 """Length units in metres."""

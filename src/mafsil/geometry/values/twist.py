@@ -12,9 +12,8 @@ from mafsil.arrays import Floats, Scalar, Vector3, as_batch
 from mafsil.geometry import twist as functions
 from mafsil.geometry import wrench as wrench_functions
 from mafsil.geometry.values import labels
-from mafsil.geometry.values.linear import Linear
 from mafsil.geometry.values.pose import Pose
-from mafsil.geometry.values.value import operands
+from mafsil.geometry.values.value import Linear, operands
 from mafsil.geometry.values.wrench import Wrench
 
 

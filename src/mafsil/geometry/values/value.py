@@ -1,4 +1,7 @@
-"""What all values have in common: one frozen array, batch dimensions first."""
+"""What all values have in common: one frozen array, batch dimensions first.
+
+Values that form a linear space within their frame: free vectors, twists, wrenches.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ import numpy as np
 from mafsil.arrays import Floats, Truth, frozen, real_array, require_finite
 from mafsil.errors import OperandError, UnknownNameError
 from mafsil.geometry.tolerances import ROUNDOFF
+from mafsil.geometry.values import labels
 
 
 def operands(sign: str, left: object, right: object) -> OperandError:
@@ -146,3 +150,48 @@ class Value(metaclass=ValueType):
         labels = [f"{f.name}={getattr(self, f.name)!r}" for f in fields(self) if f.name != "array"]
         known = [label for label in labels if not label.endswith("=None")]
         return f"{type(self).__name__}({', '.join([repr(self.array.tolist()), *known])})"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Linear(Value):
+    """A value that adds to its own kind in its own frame, and scales.
+
+    Attributes:
+        array: the numbers; read-only.
+        frame: letter of the frame, or None.
+    """
+
+    frame: str | None = None
+
+    def matched(self, sign: str, other: Any) -> Self:
+        """The other value, if it is of this kind; in the unit of this one where there are units.
+
+        Raises:
+            OperandError: it is something else.
+        """
+        if type(other) is not type(self):
+            raise operands(sign, self, other)
+        return other
+
+    def __add__(self, other: Self) -> Self:
+        right = self.matched("+", other)
+        return replace(self, array=self.array + right.array, frame=labels.same("+", self.frame, right.frame))
+
+    def __sub__(self, other: Self) -> Self:
+        right = self.matched("-", other)
+        return replace(self, array=self.array - right.array, frame=labels.same("-", self.frame, right.frame))
+
+    def __neg__(self) -> Self:
+        return replace(self, array=-self.array)
+
+    def __pos__(self) -> Self:
+        return self
+
+    def __mul__(self, factor: Any) -> Self:
+        return replace(self, array=self.array * factor_of("*", self, factor))
+
+    def __rmul__(self, factor: Any) -> Self:
+        return self * factor
+
+    def __truediv__(self, divisor: Any) -> Self:
+        return replace(self, array=self.array / factor_of("/", self, divisor))

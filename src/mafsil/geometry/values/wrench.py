@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Scalar, Vector3, as_batch
 from mafsil.geometry import wrench as functions
 from mafsil.geometry.values import labels
-from mafsil.geometry.values.linear import Linear
 from mafsil.geometry.values.pose import Pose
+from mafsil.geometry.values.value import Linear
 
 
 @dataclass(frozen=True, eq=False, repr=False)

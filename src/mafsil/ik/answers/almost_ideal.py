@@ -15,7 +15,7 @@ from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.at_parameter import answered
-from mafsil.ik.status import CODES, IKStatus
+from mafsil.ik.result import CODES, IKStatus
 from mafsil.ik.tolerances import ON_LIMIT
 
 PROBE = 8

@@ -18,7 +18,7 @@ from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.solution_table import pose_table
 from mafsil.ik.problem import FARTHEST, clean_poses, printed_pose
-from mafsil.ik.status import STATUSES
+from mafsil.ik.result import STATUSES
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.messages import say

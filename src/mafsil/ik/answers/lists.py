@@ -7,6 +7,12 @@
    space can be followed; and a pose stays open where nothing is proven yet.
 
 Every row keeps its place, so that rows are the same root of the closed form in all poses.
+
+Wrists that stand straight while an elbow or a shoulder is at its limit, where rounding hides the continuum.
+
+Rounding splits the merged roots of the elbow by its square root. The wrist then seems bent by as much, and each of the
+split roots gets turns of the wrist's outer joints that mean nothing. With the wrist locked straight both roots are one
+again, and where they still reach the pose the outer joints are free.
 """
 
 from __future__ import annotations
@@ -17,15 +23,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.alignment import straightened
+from mafsil.geometry import rotation
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.refine import least_squares, refined
 from mafsil.ik.structure.closed_form import ClosedForm
-from mafsil.ik.tolerances import FINEST, REACHED, SAME, SELF_MOTION
+from mafsil.ik.tolerances import EXACT_POSE, FINEST, HIDDEN, PART_OF_BEND, REACHED, SAME, SELF_MOTION, STRAIGHT
 from mafsil.ik.winding import wound_near
+from mafsil.mechanics.arm_pattern import ArmPattern, Family
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE, ON_LIMIT
 
+NEARLY = 1e-2
+"""Angle up to which a wrist may be straight but for rounding [rad]: four merged roots are split by its fourth root."""
 PATIENT = 40
 """Newton steps where an equation of fourth degree has roots that merge by three or four."""
 
@@ -242,3 +251,45 @@ def moving_joints(setting: Setting, q: JointVector, T: PoseMatrix, tolerance: fl
     moves = ((size <= tolerance) & away).reshape(2, -1).any(axis=0)
     joint[rows[moves]] = best[moves]
     return joint
+
+
+def straightened(
+    setting: Setting, pattern: ArmPattern, T: PoseMatrix, q: JointVector, free: NDArray[np.int64]
+) -> tuple[JointVector, NDArray[np.int64]]:
+    """Solutions with the wrist locked straight where that reaches the pose, and the coordinates that are free then.
+
+    Args:
+        setting: the arm.
+        pattern: of its closed form.
+        T: (4, 4) requested pose, or (k, 4, 4) one of each candidate.
+        q: (k, n) candidates.
+        free: (k,) sum of 2^i over their free coordinates.
+    """
+    bend, loose = pattern.joints[4:5], pattern.joints[3 if pattern.family is Family.SPHERICAL_WRIST else 5 : 6]
+    if not bend or not len(q) or bend[0] < 0 or loose[0] < 0:
+        return q, free
+    poses = np.broadcast_to(T, (len(q), 4, 4))
+    for value in _straight(pattern):
+        off = (q[:, bend[0]] - value + np.pi) % (2 * np.pi) - np.pi
+        rows = np.flatnonzero((np.abs(off) < NEARLY) & ((free >> loose[0]) % 2 == 0))
+        if len(rows):
+            start = q[rows]
+            start[:, bend[0]] -= off[rows]
+            found, residual = refined(setting.robot, start, poses[rows], setting.mask, None, locked=bend)
+            reached = residual <= np.maximum(STRAIGHT, np.minimum(HIDDEN, PART_OF_BEND * np.abs(off[rows])))
+            rows = rows[reached]
+            q, free = q.copy(), free.copy()
+            q[rows] = found[reached]
+            free[rows] += 1 << loose[0]
+    return q, free
+
+
+def _straight(pattern: ArmPattern) -> list[float]:
+    """Values of the fifth joint that make the sixth axis parallel to the fourth, or to the three parallel ones."""
+    outer, w5, w6 = pattern.axes[3 if pattern.family is Family.SPHERICAL_WRIST else 1], *pattern.axes[4:6]
+    found: list[float] = []
+    for goal in (outer, -outer):
+        value = float(np.arctan2(w5 @ np.cross(w6, goal), w6 @ goal - (w5 @ w6) * (w5 @ goal)))
+        if np.abs(rotation.exp(w5 * value) @ w6 - goal).max() < EXACT_POSE:
+            found.append(value)
+    return found

@@ -27,7 +27,7 @@ from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.eliminated_batch import counted_by_elimination, eliminated_batch
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
-from mafsil.ik.status import CODES, IKStatus
+from mafsil.ik.result import CODES, IKStatus
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import FailedStep

@@ -13,7 +13,7 @@ from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.refusal import Refusal
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.kernels.lazy import lazy
 
 

@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.alignment import straightened
-from mafsil.ik.answers.candidate_table import CandidateTable
-from mafsil.ik.answers.candidates import Candidates, unlabelled
+from mafsil.ik.answers.candidate_table import Candidates, CandidateTable, unlabelled
 from mafsil.ik.answers.eliminated import proven_set
 from mafsil.ik.answers.families import Continua
 from mafsil.ik.answers.family import SolutionFamily
-from mafsil.ik.answers.lists import SELF_MOTION, complete, moving_joints
+from mafsil.ik.answers.lists import SELF_MOTION, complete, moving_joints, straightened
 from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal, verdict_without_solution
 from mafsil.ik.answers.search import Search
@@ -23,7 +21,7 @@ from mafsil.ik.answers.setting import Setting, bits, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.start import Start, start_of
 from mafsil.ik.refine import distinct, least_squares, refined
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.structure.analysis import Analysis
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import PLACE, REACHED, SAME_AT_DOUBLE_ROOT

@@ -14,7 +14,7 @@ from mafsil.ik.answers.start import Start
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.parameter_search import ParameterValues, nearest_allowed, parameter_values
 from mafsil.ik.redundant.parametric_form import ParametricForm, parametric_form
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import ON_LIMIT
 from mafsil.kernels.lazy import preset
 

@@ -16,8 +16,7 @@ from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.problem import reach_bound
 from mafsil.ik.refine import least_squares, pose_errors, residuals
-from mafsil.ik.result import IKResult, rounded_up
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKResult, IKStatus, rounded_up
 from mafsil.ik.tolerances import (
     EXACT_POSE,
     FROM_THE_POSE,

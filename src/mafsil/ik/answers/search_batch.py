@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.batch_rows import BatchRows, finite_poses
 from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.question import SELF_MOTION, Question
+from mafsil.ik.answers.redundant_batch import BatchRows, finite_poses
 from mafsil.ik.answers.search import RESTARTS, SEARCHES
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.refine import pose_errors, refined, residuals
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.winding import wound_near
 from mafsil.lazy_module import lazily
 

@@ -20,7 +20,7 @@ from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.pose_question import PoseQuestion
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_table import solution_table
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, SMALLEST, WHOLE_TURN
 from mafsil.ik.winding import TURN
 from mafsil.kernels.lazy import lazy

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.answers.branch import Branch
-from mafsil.ik.status import STATUSES
+from mafsil.ik.result import STATUSES
 from mafsil.messages import say
 from mafsil.messages.tables import COLUMNS, MOST_ROWS, table
 

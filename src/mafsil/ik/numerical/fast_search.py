@@ -27,8 +27,7 @@ from mafsil.ik.numerical.records import (
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan, new_search
 from mafsil.ik.numerical.task import PoseTask, pose_task
-from mafsil.ik.result import IKResult
-from mafsil.ik.status import CODES, IKStatus
+from mafsil.ik.result import CODES, IKResult, IKStatus
 from mafsil.kernels.loops import Held, hold
 from mafsil.robot import Robot
 

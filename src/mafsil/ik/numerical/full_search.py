@@ -25,7 +25,7 @@ from mafsil.ik.numerical.records import (
     Whole,
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
-from mafsil.ik.status import CODES, IKStatus
+from mafsil.ik.result import CODES, IKStatus
 from mafsil.ik.tolerances import EXACT_POSE, ON_LIMIT
 from mafsil.lazy_module import lazily
 

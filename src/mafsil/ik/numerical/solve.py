@@ -18,8 +18,7 @@ from mafsil.ik.numerical.preferred import preferred_configuration
 from mafsil.ik.numerical.records import WINNER
 from mafsil.ik.numerical.task import TaskKind, WeightAxes
 from mafsil.ik.problem import printed_pose
-from mafsil.ik.result import IKResult
-from mafsil.ik.status import CODES, IKStatus
+from mafsil.ik.result import CODES, IKResult, IKStatus
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot

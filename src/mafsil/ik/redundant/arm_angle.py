@@ -14,7 +14,7 @@ from mafsil.ik.chain import Chain, common_point
 from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern
 from mafsil.ik.tolerances import COINCIDENT, DEFECT, EXACT_POSE
 from mafsil.kernels.lazy import lazy
-from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
+from mafsil.mechanics.arm_pattern import ArmAnglePattern
 
 _ANGLES: Floats = 2 * np.pi / 3 * np.arange(3.0)
 

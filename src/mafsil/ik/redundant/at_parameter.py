@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED
-from mafsil.ik.answers.candidates import unlabelled
+from mafsil.ik.answers.candidate_table import unlabelled
 from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import CLEAR, Setting
@@ -20,7 +20,7 @@ from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import distinct, refined
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import AT_LIMIT, INWARDS, NEARLY_REACHED, ON_LIMIT
 from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import preset

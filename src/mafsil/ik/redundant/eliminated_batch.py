@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.batch_rows import BatchRows, finite_poses
 from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.question import LOOSE, Question
+from mafsil.ik.answers.redundant_batch import BatchRows, finite_poses
 from mafsil.ik.answers.search_batch import regular, sought_within_limits
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.problem import clean_poses
@@ -19,7 +19,7 @@ from mafsil.ik.redundant.at_parameter import BESIDE, TRIED, answered
 from mafsil.ik.redundant.form import Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import refined
-from mafsil.ik.status import IKStatus
+from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import AT_LIMIT, NEARLY_REACHED, SAME
 from mafsil.ik.winding import wound_near
 

@@ -11,8 +11,7 @@ from mafsil.ik.tolerances import APART_BRANCH, FREE_BRANCH, NEARLY_REACHED
 from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
-from mafsil.mechanics.arm_pattern import ArmPattern
+from mafsil.mechanics.arm_pattern import ArmAnglePattern, ArmPattern
 
 if TYPE_CHECKING:
     import mafsil.mechanics.closed_form.function as function

@@ -16,10 +16,10 @@ from mafsil.mechanics.arm_pattern import ArmPattern
 
 if TYPE_CHECKING:
     import mafsil.ik.redundant.interval_loops as loops
-    import mafsil.mechanics.closed_form.locked_joint as locked_joint
+    import mafsil.mechanics.closed_form.table as locked_joint
 else:
     loops = lazily("mafsil.ik.redundant.interval_loops")
-    locked_joint = lazily("mafsil.mechanics.closed_form.locked_joint")
+    locked_joint = lazily("mafsil.mechanics.closed_form.table")
 
 Codes = NDArray[np.int32]
 

@@ -26,10 +26,10 @@ from mafsil.mechanics.arm_sides import (
 )
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.closed_form.sides as closed_form_sides
+    import mafsil.mechanics.closed_form.line as closed_form_sides
     from mafsil.kernels import Kernel
 else:
-    closed_form_sides = lazily("mafsil.mechanics.closed_form.sides")
+    closed_form_sides = lazily("mafsil.mechanics.closed_form.line")
 
 LEVEL = 1e-6
 """Sine of the angle to the ground below which an axis is level, and to the upright below which a plane is."""
@@ -50,7 +50,7 @@ def sides_of(chain: Chain, pattern: ArmPattern) -> ArmSides:
 
 
 def branch_kernel(sides: ArmSides) -> Kernel:
-    """Of q (n,) to the number of the branch, see `mafsil.mechanics.closed_form.sides.sides_function`.
+    """Of q (n,) to the number of the branch, see `mafsil.mechanics.closed_form.line.sides_function`.
 
     Args:
         sides: of the arm.

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from mafsil.errors import FileError, InputError
-from mafsil.kernels.export.c import check, text
+from mafsil.kernels.export.c import text
 from mafsil.kernels.export.legend import Legend, symbol, wrapped
 from mafsil.kernels.export.objects.bundle import bundle, layout_text
 from mafsil.kernels.export.objects.machines import machine
@@ -107,7 +107,7 @@ def _c(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str, rea
     files = {
         f"{name}.h": text.header(signature, legend, name, real, notes=notes),
         f"{name}.c": text.source(reduced, signature, name, real),
-        f"{name}_test.c": check.program(signature, name, real, stored),
+        f"{name}_test.c": text.program(signature, name, real, stored),
     }
     details = {"operations": reduced.operations, "real": real, "vectors": stored.rows, "build": build}
     return Export(name, _bytes(files), details)
@@ -122,7 +122,7 @@ def _object(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str
     more = rows_prototype(text.prototype(signature, name, "double"), name)
     files = {
         f"{name}.h": text.header(signature, legend, name, "double", more, notes),
-        f"{name}_test.c": check.program(signature, name, "double", vectors(kernel.evaluate, tape, signature)),
+        f"{name}_test.c": text.program(signature, name, "double", vectors(kernel.evaluate, tape, signature)),
     }
     contents = {f"{name}.o": code, **_bytes(files)}
     if code[:4] == b"\0asm":

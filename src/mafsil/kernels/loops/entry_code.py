@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.kernels.loops import held, memory
+from mafsil.kernels.loops import arrays, held
 from mafsil.kernels.loops.block import Block
 from mafsil.kernels.loops.entry import ENTRY, FUNCTIONS, LINKS, NAMES, classes_of
 from mafsil.kernels.loops.kinds import (
@@ -84,7 +84,7 @@ class Entry:
     def module(self) -> str:
         """Its module in LLVM IR."""
         texts = self.texts()
-        return memory.module_text(texts, self.block.declared | {memory.FREE})
+        return arrays.module_text(texts, self.block.declared | {arrays.FREE})
 
     # Tests and loads --------------------------------------------------------------------------------------------------
 

@@ -15,9 +15,9 @@ from mafsil.kernels.loops.kinds import held_of, kind_of
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    import mafsil.kernels.loops.dispatch as dispatch
+    import mafsil.kernels.loops.specialisation as dispatch
 else:
-    dispatch = lazily("mafsil.kernels.loops.dispatch")
+    dispatch = lazily("mafsil.kernels.loops.specialisation")
 
 T = TypeVar("T")
 Layout = Callable[[Any, int], object]

@@ -23,9 +23,9 @@ from mafsil.kernels.loops.definition import FREE_ORDER, MISS, Definition
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    import mafsil.kernels.loops.dispatch as dispatch
+    import mafsil.kernels.loops.specialisation as dispatch
 else:
-    dispatch = lazily("mafsil.kernels.loops.dispatch")
+    dispatch = lazily("mafsil.kernels.loops.specialisation")
 
 MODE_VARIABLE = "MAFSIL_LOOPS"
 """Environment variable; `python` runs loops as ordinary Python."""

@@ -5,6 +5,8 @@
 2. Short functions become part of the modules of their callers, where LLVM may inline them; long ones are compiled once
    and called.
 3. Code that is loaded gets the addresses of the loops that it calls, and of the few functions of the system.
+
+Entries of loops: the loop for the kinds of some arguments, and the builtin through which Python calls it.
 """
 
 from __future__ import annotations
@@ -20,21 +22,34 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from mafsil.code_store import FileStore, StoreKind, code_folder, compilation
 from mafsil.kernels import elf, identity, runtime, system, target
-from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
+from mafsil.kernels.compiler import _llvm
 from mafsil.kernels.lazy import lazy
-from mafsil.kernels.loops import library
+from mafsil.kernels.loops import entry, library
 from mafsil.kernels.loops.definition import Definition
-from mafsil.kernels.loops.kinds import EditedError, Held, Kind, RefusedError, Tuple, named_kind, refused
+from mafsil.kernels.loops.kinds import (
+    INTEGER,
+    EditedError,
+    Held,
+    Kind,
+    RefusedError,
+    Tuple,
+    kind_of,
+    named_kind,
+    refused,
+)
 from mafsil.kernels.loops.meaning import Closure, closure_of, source_of
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    import mafsil.kernels.loops.memory as memory
+    import mafsil.kernels.loops.arrays as memory
+    import mafsil.kernels.loops.entry_code as entry_code
     import mafsil.kernels.loops.statements as statements
     from mafsil.kernels.loops.statements import Translation
 else:
-    memory = lazily("mafsil.kernels.loops.memory")
+    memory = lazily("mafsil.kernels.loops.arrays")
     statements = lazily("mafsil.kernels.loops.statements")
+    entry_code = lazily("mafsil.kernels.loops.entry_code")
+
 
 LOOP = StoreKind(b"mafsilL\0", ".loop")
 SHORT = 220
@@ -288,3 +303,57 @@ def store() -> FileStore:
 def made_by() -> str:
     """This compiler, LLVM and Python's instructions."""
     return " ".join((identity.fingerprint("mafsil.kernels"), identity.toolchain(), identity.python()))
+
+
+_ENTRIES: dict[Specialisation, Callable[..., Any]] = {}
+_LOCK = threading.RLock()
+
+
+def entry_for(definition: Definition, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+    """The builtin for arguments of such kinds, made at the first question.
+
+    Where objects of this Python lie elsewhere than the machine code looks, loops run as the Python that they are.
+
+    Raises:
+        KernelError: the loop is not of the language, or takes no such arguments.
+    """
+    if not runtime.available():
+        return definition.function
+    kinds = tuple(kind_of(argument) for argument in arguments)
+    try:
+        return _entry(definition, kinds)
+    except EditedError:  # Nobody knows the source of what is in memory, so it runs as the Python that it is.
+        return definition.function
+
+
+def _entry(definition: Definition, kinds: tuple[Kind, ...]) -> Callable[..., Any]:
+    loop = specialised(definition, kinds)
+    with _LOCK:
+        found = _ENTRIES.get(loop)
+        if found is None:
+            found = _make(kinds, loop.result, loop.fails, loop.shares_region, loop.address, definition.name)
+            _ENTRIES[loop] = found
+        return found
+
+
+def layout_for(kind: Kind) -> Callable[..., Any]:
+    """What writes values of a kind to an address."""
+    with _LOCK:
+        return _make((kind, INTEGER), None, False, False, 0, f"layout of {kind.name[:60]}")
+
+
+def _make(
+    kinds: tuple[Kind, ...], result: Kind | None, fails: bool, shares: bool, address: int, name: str
+) -> Callable[..., Any]:
+    key = entry.key(kinds, result, fails, shares, made_by())
+    classes = entry.classes_of(kinds, result)
+
+    def compiled() -> Kept:
+        text = entry_code.Entry(kinds, result, fails, shares).module()
+        with _llvm:
+            return [name], target.compile(text, target.host(), 1)
+
+    _, code = obtained(key, name, compiled)
+    places = load(code, (entry.ENTRY, entry.LINKS), {})
+    table = entry.bound(places[entry.LINKS], address, classes)
+    return entry.builtin(places[entry.ENTRY], name, table, classes)

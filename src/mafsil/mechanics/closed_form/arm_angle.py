@@ -15,7 +15,7 @@ import mafsil.expression as ex
 from mafsil.algebra.spatial import cross
 from mafsil.algebra.subproblems import Turn
 from mafsil.arrays import Floats
-from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
+from mafsil.mechanics.arm_pattern import ArmAnglePattern
 from mafsil.mechanics.closed_form.line import BranchSolution, across, aside, norm
 from mafsil.mechanics.closed_form.table import JudgedBranch, Preferences, excess_of, wound_angle
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import mafsil.expression as ex
-from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
-from mafsil.mechanics.arm_pattern import ArmPattern, Family
+from mafsil.mechanics.arm_pattern import ArmAnglePattern, ArmPattern, Family
 from mafsil.mechanics.closed_form.arm_angle import arm_angle_branches
 from mafsil.mechanics.closed_form.line import BranchSolution
 from mafsil.mechanics.closed_form.table import JudgedBranch, Preferences, judged_branches, repaired

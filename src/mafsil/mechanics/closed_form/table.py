@@ -1,4 +1,7 @@
-"""Configurations as rows of numbers: coordinates wound into limits, their residuals, which branch it is."""
+"""Configurations as rows of numbers: coordinates wound into limits, their residuals, which branch it is.
+
+The branches of a closed form along the value of one locked joint: what interval arithmetic is done with.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from math import pi
 
 import mafsil.expression as ex
 from mafsil.algebra.subproblems import Turn, unturned
+from mafsil.kernels.tape import Tape, read
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.mechanics.closed_form.arm import Arm, branch_solutions
 from mafsil.mechanics.closed_form.decision import Row, decided
@@ -312,3 +316,22 @@ def repaired(T: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
         # Newton's iteration for the polar factor: the defect is squared each time.
         R = R @ (1.5 * ex.eye(3) - 0.5 * (R.T @ R))
     return ex.vertcat(ex.horzcat(R, T[:3, 3]), ex.Expression([[0, 0, 0, 1]])), defect
+
+
+def locked_joint_tape(pattern: ArmPattern, locked: int, q0: Sequence[float]) -> Tape:
+    """The program of (T_sd, value) to all branches.
+
+    Args:
+        pattern: of the arm, one joint locked.
+        locked: its coordinate.
+        q0: (n,) what free joints take.
+
+    Returns:
+        Inputs: the pose (16) and the value of the locked joint (1). Outputs, one port for every branch: (2 n + 1)
+            cosine
+        and sine of every coordinate but the locked one, of a prismatic joint its value and zero, and residual of the
+        worst subproblem.
+    """
+    T, value = ex.symbol("T_sd", 16), ex.symbol("value")
+    branches = motions_along(pattern, ex.reshape(T, 4, 4).T, locked, value, q0)
+    return read(ex.Function("course", [T, value], ex.cse([ex.vertcat(*row) for row in branches])))

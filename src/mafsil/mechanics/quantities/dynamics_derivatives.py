@@ -22,14 +22,13 @@ from mafsil.mechanics.articulated_derivatives import forward_derivatives
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.composite_motion import body_motion, composites
-from mafsil.mechanics.ground_frame import ground_is_shorter
 from mafsil.mechanics.joint_pairs import BodyFramePairs, GroundFramePairs
 from mafsil.mechanics.placement import Expression, joint_accelerations, joint_values, placements
 from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics, require_accelerations
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.quantity import Quantity, SecondMethod
-from mafsil.mechanics.states import States
+from mafsil.mechanics.quantity import Quantity, SecondMethod, States
 from mafsil.mechanics.textbook import Numbers, Textbook, gradient, repeated
+from mafsil.mechanics.wrench import ground_is_shorter
 
 DEEP = 14
 """From this many joints in a row on, derivatives of forward dynamics need fewer operations by articulated bodies."""

@@ -13,8 +13,7 @@ from mafsil.mechanics.base_motion import base_motion
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.composite_motion import spin_acceleration
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_accelerations, joint_values, placements
-from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
-from mafsil.mechanics.states import States
+from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod, States
 from mafsil.mechanics.textbook import Textbook, adjoint, inverse
 from mafsil.mechanics.twist_chain import link_com_frames
 

@@ -16,11 +16,10 @@ import numpy as np
 import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, BodyTree
-from mafsil.mechanics.composite_inertia import CompositeInertia
+from mafsil.mechanics.composite_motion import CompositeInertia
 from mafsil.mechanics.placement import Expression, placements
 from mafsil.mechanics.quantities.link_motion import BodyMotion, com_frames_of, outward_motion
-from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
-from mafsil.mechanics.states import States
+from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod, States
 from mafsil.mechanics.textbook import Textbook, adjoint
 from mafsil.mechanics.twist_chain import link_com_frames
 from mafsil.mechanics.wrench import Wrench, transmitted

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.composite_inertia import CompositeInertia
-from mafsil.mechanics.ground_frame import along, ground_is_shorter, twist_at_ground, wrench_at_ground
+from mafsil.mechanics.composite_motion import CompositeInertia
 from mafsil.mechanics.placement import Expression, Placement, placements, times, world_placements
 from mafsil.mechanics.quantity import FEATHERSTONE, Quantity, SecondMethod
-from mafsil.mechanics.wrench import Wrench
+from mafsil.mechanics.wrench import Wrench, along, ground_is_shorter, twist_at_ground, wrench_at_ground
 
 
 def mass_matrix(tree: BodyTree, q: Expression, inertias: Sequence[CompositeInertia] | None = None) -> Expression:

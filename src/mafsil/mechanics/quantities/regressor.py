@@ -16,8 +16,7 @@ from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.composite_motion import body_motion, spin_acceleration
 from mafsil.mechanics.placement import Expression, constant, joint_accelerations, joint_values, placements
 from mafsil.mechanics.quantities.jacobian import jacobian_body
-from mafsil.mechanics.quantity import Quantity, SecondMethod
-from mafsil.mechanics.states import States
+from mafsil.mechanics.quantity import Quantity, SecondMethod, States
 from mafsil.mechanics.textbook import Textbook, adjoint, dual_bracket, inverse, skew
 from mafsil.model import Mechanism
 

@@ -15,7 +15,7 @@ from mafsil.errors import InputError
 from mafsil.mobility.spaces.pfaffian import Pfaffian
 from mafsil.mobility.spaces.planar_positions import finite_numbers
 from mafsil.solvers import first_order, integrate
-from mafsil.solvers.tableaus import RK4
+from mafsil.solvers.integrate import RK4
 
 SMALL_TURN = 1e-4
 """Turns [rad] below it use the series of sin(x)/x, whose first dropped term is x^6/5040, below rounding."""

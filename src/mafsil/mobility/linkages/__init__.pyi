@@ -3,11 +3,11 @@ from mafsil.mobility.linkages.drawing import drawn_at as drawn_at
 from mafsil.mobility.linkages.drawing import locked as locked
 from mafsil.mobility.linkages.drawing import split as split
 from mafsil.mobility.linkages.joint_coordinates import JointCoordinates as JointCoordinates
-from mafsil.mobility.linkages.joint_kind import KINDS as KINDS
-from mafsil.mobility.linkages.joint_kind import Kind as Kind
 from mafsil.mobility.linkages.linkage import Coupling as Coupling
 from mafsil.mobility.linkages.linkage import Linkage as Linkage
 from mafsil.mobility.linkages.linkage_file import read_linkage as read_linkage
+from mafsil.mobility.linkages.linkage_joint import KINDS as KINDS
+from mafsil.mobility.linkages.linkage_joint import Kind as Kind
 from mafsil.mobility.linkages.linkage_joint import LinkageJoint as LinkageJoint
 from mafsil.mobility.linkages.linkage_joint import coincident_joints as coincident_joints
 from mafsil.mobility.linkages.linkage_joint import joint as joint

@@ -18,8 +18,7 @@ from mafsil.arrays import Floats, frozen, number, require_kind
 from mafsil.errors import ModelError
 from mafsil.fields import checked
 from mafsil.messages import say
-from mafsil.mobility.linkages.joint_kind import Kind
-from mafsil.mobility.linkages.linkage_joint import LinkageJoint
+from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint
 from mafsil.mobility.tolerances import TYPED
 
 ROUNDINGS = 64 * float(np.finfo(np.float64).eps)

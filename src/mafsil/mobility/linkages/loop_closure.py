@@ -18,8 +18,8 @@ from mafsil.arrays import Floats, as_batch, frozen, real_array, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose, rotation
 from mafsil.mobility.bodies.three_points import SCALE, SIDES, distances, pose_by_points
-from mafsil.mobility.linkages.joint_kind import Kind
 from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage_joint import Kind
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED, RANK
 from mafsil.solvers import decompositions

@@ -18,10 +18,9 @@ from mafsil.mobility.assembly_existence import closed_beside_drawing, least_gap
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.library import linkage
 from mafsil.mobility.linkages.drawing import drawn_at, split, without
-from mafsil.mobility.linkages.joint_kind import Kind, across
 from mafsil.mobility.linkages.linkage import Coupling, Linkage
 from mafsil.mobility.linkages.linkage_file import is_linkage, read_linkage
-from mafsil.mobility.linkages.linkage_joint import LinkageJoint
+from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint, across
 from mafsil.mobility.linkages.loop_closure import largest_gap
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED

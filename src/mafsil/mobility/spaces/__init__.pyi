@@ -1,8 +1,15 @@
 from mafsil.mobility.spaces.configuration_space import ProductSpace as ProductSpace
 from mafsil.mobility.spaces.configuration_space import SpaceFactor as SpaceFactor
+from mafsil.mobility.spaces.configuration_space import SphereBand as SphereBand
+from mafsil.mobility.spaces.configuration_space import angles_of_direction as angles_of_direction
+from mafsil.mobility.spaces.configuration_space import annulus as annulus
 from mafsil.mobility.spaces.configuration_space import configuration_space as configuration_space
 from mafsil.mobility.spaces.configuration_space import configuration_space_names as configuration_space_names
+from mafsil.mobility.spaces.configuration_space import direction_of as direction_of
+from mafsil.mobility.spaces.configuration_space import self_motion_manifold as self_motion_manifold
 from mafsil.mobility.spaces.configuration_space import space_named as space_named
+from mafsil.mobility.spaces.configuration_space import spatial_2r as spatial_2r
+from mafsil.mobility.spaces.configuration_space import task_redundancy as task_redundancy
 from mafsil.mobility.spaces.motion_group import Group as Group
 from mafsil.mobility.spaces.motion_group import MotionGroup as MotionGroup
 from mafsil.mobility.spaces.motion_group import motion_group as motion_group
@@ -14,10 +21,3 @@ from mafsil.mobility.spaces.planar_positions import PolygonSpace as PolygonSpace
 from mafsil.mobility.spaces.planar_positions import circle_crossings as circle_crossings
 from mafsil.mobility.spaces.planar_positions import circle_gap as circle_gap
 from mafsil.mobility.spaces.planar_positions import polygon_space as polygon_space
-from mafsil.mobility.spaces.task_space import SphereBand as SphereBand
-from mafsil.mobility.spaces.task_space import angles_of_direction as angles_of_direction
-from mafsil.mobility.spaces.task_space import annulus as annulus
-from mafsil.mobility.spaces.task_space import direction_of as direction_of
-from mafsil.mobility.spaces.task_space import self_motion_manifold as self_motion_manifold
-from mafsil.mobility.spaces.task_space import spatial_2r as spatial_2r
-from mafsil.mobility.spaces.task_space import task_redundancy as task_redundancy

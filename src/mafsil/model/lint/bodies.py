@@ -10,7 +10,7 @@ from mafsil.arrays import Floats
 from mafsil.model.faults import ZERO_MASS
 from mafsil.model.inertia_check import inertia_fault, mass_fault
 from mafsil.model.link import Inertial, Link
-from mafsil.model.lint.catalogue import (
+from mafsil.model.lint.finding import (
     ABOUT_FRAME,
     COM_MIRRORED,
     COM_OUTSIDE,
@@ -25,8 +25,9 @@ from mafsil.model.lint.catalogue import (
     PLACEHOLDER,
     TOO_HEAVY,
     TOO_LIGHT,
+    Finding,
+    Put,
 )
-from mafsil.model.lint.finding import Finding, Put
 from mafsil.model.lint.solids import Solid, solids
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.numbers import written

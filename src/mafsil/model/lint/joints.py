@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.lint.catalogue import (
+from mafsil.model.lint.finding import (
     ABSURD_BOUND,
     ANTIPARALLEL,
     DEGREES,
@@ -25,8 +25,9 @@ from mafsil.model.lint.catalogue import (
     SAME_LINE,
     ZERO_BOUND,
     ZERO_OUTSIDE,
+    Finding,
+    Put,
 )
-from mafsil.model.lint.finding import Finding, Put
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.moved_matter import joints_that_move_matter
 from mafsil.model.numbers import written

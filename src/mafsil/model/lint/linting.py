@@ -19,18 +19,16 @@ from mafsil.model import library, table
 from mafsil.model.diagnostics import Diagnostic, Repair, Report
 from mafsil.model.faults import DH_DEGREES, NO_BOUND, NO_LIMIT
 from mafsil.model.faults import FAULTS as READER_FAULTS
-from mafsil.model.file_format import reader_of, root_tag
-from mafsil.model.file_reader import FileReader
+from mafsil.model.file_reader import Change, FileReader, mended, of_errors
 from mafsil.model.limits import UNBOUNDED
 from mafsil.model.lint.bodies import bodies
-from mafsil.model.lint.catalogue import BOUND_REFUSED, FAULTS, GRAVITY_SIZE, GRAVITY_UP, LIMIT_REFUSED, NO_MASSES
-from mafsil.model.lint.finding import Finding
+from mafsil.model.lint.finding import BOUND_REFUSED, FAULTS, GRAVITY_SIZE, GRAVITY_UP, LIMIT_REFUSED, NO_MASSES, Finding
 from mafsil.model.lint.joints import joints
 from mafsil.model.loading import RobotFile
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
-from mafsil.model.repairing import Change, mended, of_errors
+from mafsil.model.robot_source import reader_of, root_tag
 from mafsil.model.source import Text, load
 from mafsil.model.urdf.vocabulary import WIDER_LIMITS, version_of
 from mafsil.model.xacro import is_xacro, left_over

@@ -13,12 +13,11 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import UNBOUNDED, Limits
 from mafsil.model.link import Link
 from mafsil.model.loading import of_any_mechanism
-from mafsil.model.losses import Document, delivered, settled, xml_comment
+from mafsil.model.losses import Document, delivered, settled, with_tip_link, xml_comment
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mjcf.losses import CHOICES, light_links, losses_of, sites_of, stands_in_world
 from mafsil.model.mjcf.matter import BOUNDS, inertial_element, numbers, orientation
 from mafsil.model.numbers import written
-from mafsil.model.outer_frames import with_tip_link
 from mafsil.model.possible_inertia import possible_inertias
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.xml_tree import escaped

@@ -28,7 +28,7 @@ from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.mimics import Declared, resolve_mimics
 from mafsil.model.placement import inverse
 from mafsil.model.reading import Reading
-from mafsil.model.sdf.frames import WORLD
+from mafsil.model.sdf.frames import OWN_NAME, WORLD, with_names
 from mafsil.model.sdf.gearbox import GEARBOX, coupled
 from mafsil.model.sdf.inclusion import Inclusion
 from mafsil.model.sdf.joint import Chain, fixed, inverted, is_identity, read_joint
@@ -38,7 +38,6 @@ from mafsil.model.sdf.scope import Part, Parts, gathered
 from mafsil.model.sdf.values import flag, numbers
 from mafsil.model.sdf.vocabulary import SDF as VOCABULARY
 from mafsil.model.sdf.vocabulary import version_of
-from mafsil.model.sdf.written_names import OWN_NAME, with_names
 from mafsil.model.tolerances import WRITTEN
 from mafsil.model.xml_tree import Element, ReadLimits
 

@@ -35,14 +35,13 @@ from mafsil.model.placement import inverse
 from mafsil.model.possible_inertia import possible_inertias
 from mafsil.model.reading import LONGEST_NAME, is_writable
 from mafsil.model.rpy import rpy_from_rotation
-from mafsil.model.sdf.frames import WORLD
+from mafsil.model.sdf.frames import OWN_NAME, WORLD, WrittenNames, named_shapes, renamed, stands_in_world
 from mafsil.model.sdf.joint import ACCELERATION, GEAR_RATIO, ROTOR_INERTIA
 from mafsil.model.sdf.link import OWN_COLOUR
 from mafsil.model.sdf.named_frames import IS_BASE, IS_TIP, OWN_JOINT
-from mafsil.model.sdf.written_names import OWN_NAME, WrittenNames, named_shapes, renamed, stands_in_world
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.tolerances import PRINTED
-from mafsil.model.urdf.losses import is_endless
+from mafsil.model.urdf.writer import is_endless
 from mafsil.model.xml_tree import escaped
 
 CHOICES = ("actuator", "friction", "inertia", "limits", "mass")

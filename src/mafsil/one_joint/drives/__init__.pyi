@@ -10,6 +10,7 @@ from mafsil.one_joint.drives.drive_parts import transmission_suits as transmissi
 from mafsil.one_joint.drives.drive_sizing import DriveSizing as DriveSizing
 from mafsil.one_joint.drives.drive_sizing import MotorRating as MotorRating
 from mafsil.one_joint.drives.drive_sizing import size_drive as size_drive
+from mafsil.one_joint.drives.dry_friction import FrictionConditions as FrictionConditions
 from mafsil.one_joint.drives.dry_friction import Holding as Holding
 from mafsil.one_joint.drives.dry_friction import SpeedFriction as SpeedFriction
 from mafsil.one_joint.drives.dry_friction import StickSlip as StickSlip
@@ -17,7 +18,6 @@ from mafsil.one_joint.drives.dry_friction import dithered_friction as dithered_f
 from mafsil.one_joint.drives.dry_friction import stick_slip as stick_slip
 from mafsil.one_joint.drives.elastic_joint import Bandwidth as Bandwidth
 from mafsil.one_joint.drives.elastic_joint import ElasticJoint as ElasticJoint
-from mafsil.one_joint.drives.friction_conditions import FrictionConditions as FrictionConditions
 from mafsil.one_joint.drives.gear import Gear as Gear
 from mafsil.one_joint.drives.gear import matching_ratio as matching_ratio
 from mafsil.one_joint.drives.gear import staged_efficiency as staged_efficiency

@@ -18,8 +18,13 @@ from mafsil.messages import say
 from mafsil.model import JointKind
 from mafsil.performance.singularities.axis_cases import Axes, SingularityCause, causes
 from mafsil.performance.singularities.determinant import natural_task, vanishing_factors
-from mafsil.performance.singularities.screw_parameters import ScrewParameters, twist_screw, vector_text, wrench_screw
-from mafsil.performance.singularities.screw_systems import canonical_system
+from mafsil.performance.singularities.screw_parameters import (
+    ScrewParameters,
+    canonical_system,
+    twist_screw,
+    vector_text,
+    wrench_screw,
+)
 from mafsil.performance.tolerances import COARSEST, SLOPE_STEP
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import (

@@ -13,10 +13,9 @@ from mafsil.simulation.motion.system import DrivenRobot
 from mafsil.simulation.motion.variational import COMPOSITIONS, march
 from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.solvers import integrate, method, second_order
-from mafsil.solvers.events import Event, Watch
 from mafsil.solvers.integrate import State
 from mafsil.solvers.outcome import Outcome, SolverStatus
-from mafsil.solvers.solution import Crossing, IntegrationStatus, Solution, cut, value_within
+from mafsil.solvers.solution import Crossing, Event, IntegrationStatus, Solution, Watch, cut, value_within
 
 RUNAWAY = 1e8
 """Joint rate [rad/s | m/s] beyond which a motion counts as blown up."""

@@ -25,10 +25,9 @@ from mafsil.simulation.overview import joint_table
 from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.solvers import METHODS
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
-from mafsil.solvers.events import Event, require_events
+from mafsil.solvers.embedded import PAIRS, pair
 from mafsil.solvers.outcome import Outcome
-from mafsil.solvers.pairs import PAIRS, pair
-from mafsil.solvers.solution import Crossing, Solution
+from mafsil.solvers.solution import Crossing, Event, Solution, require_events
 from mafsil.trajectory import Motion
 
 METHOD_NAMES = (*PAIRS, *METHODS, *COMPOSITIONS)

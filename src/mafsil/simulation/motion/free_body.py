@@ -28,8 +28,8 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
 from mafsil.simulation.tolerances import NO_SECONDS, SLOWEST_TURN
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively
+from mafsil.solvers.embedded import pair
 from mafsil.solvers.outcome import Outcome
-from mafsil.solvers.pairs import pair
 from mafsil.solvers.solution import IntegrationStatus, Solution
 
 LONGEST_TURN = 0.5

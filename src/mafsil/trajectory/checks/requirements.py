@@ -1,9 +1,12 @@
-"""What a trajectory must do, as data: pass here, keep clear of, take so long, be so smooth; and whether it does."""
+"""What a trajectory must do, as data: pass here, keep clear of, take so long, be so smooth; and whether it does.
+
+How smooth a trajectory is, measured from itself: the jumps of its derivatives where its parts meet.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,15 +17,16 @@ from mafsil.arrays import Floats, not_negative, number, positive, require_kind, 
 from mafsil.errors import InputError
 from mafsil.fields import checked, finite
 from mafsil.messages import say
-from mafsil.trajectory.checks.continuity import continuity
+from mafsil.trajectory.checks.jumps import JUMP, Jump, jumps
 from mafsil.trajectory.motion import Trajectory
-from mafsil.trajectory.status import RequirementStatus
+from mafsil.trajectory.status import ContinuityStatus, RequirementStatus
 
+NAMES = ("upper", "velocity", "acceleration", "jerk")
+"""Names of derivatives 0 to 3 in the catalogue of sentences."""
 SAMPLES = 64
 """Of each piece, around the best of which a distance is refined."""
 REFINED = 6
 """Rounds of refinement; each looks eight times as close."""
-
 Forward: TypeAlias = Callable[[Floats], Floats]
 """(k, n) coordinates -> (k, m) the place that is meant, such as the tip of an arm."""
 
@@ -216,3 +220,49 @@ def _distances(trajectory: Trajectory, asked: PassThrough | KeepsClear, point: F
     if place.shape != (len(t), len(point)):
         raise InputError("input.shape", name="point", expected=place.shape[1:], got=point.shape, hint="")
     return np.linalg.norm(place - point, axis=1)
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Continuity(Answer, data="order jumps", entries="jumps"):
+    """How often a trajectory is continuously differentiable; true if its velocity does not jump.
+
+    Attributes:
+        order: of the highest derivative up to which all are continuous; -1 if the position jumps, 3 is the highest.
+        jumps: all of the first derivative that is not continuous, in the order of time.
+    """
+
+    order: int
+    jumps: tuple[Jump, ...]
+
+    def __bool__(self) -> bool:
+        return self.order >= 1
+
+    @property
+    def status(self) -> ContinuityStatus:
+        """Whether an arm can follow: its velocity cannot jump."""
+        return ContinuityStatus.CONTROLLABLE if self else ContinuityStatus.NOT_CONTROLLABLE
+
+    def explain(self, language: str | None = None) -> str:
+        """Which derivative jumps first, where most and by how much."""
+        if not self.jumps:
+            return say("trajectory.no_jump", language=language)
+        worst = max(self.jumps, key=lambda jump: abs(jump.size))
+        quantity = say(f"trajectory.{NAMES[worst.order]}", language=language)
+        sentence = say("trajectory.jump", language=language, quantity=quantity, count=len(self.jumps), **asdict(worst))
+        return f"{sentence}; {self.status.sentence(language)}"
+
+
+def continuity(trajectory: Trajectory, *, ends: bool = True, tolerance: float = JUMP) -> Continuity:
+    """Measure the jumps of position, velocity, acceleration and jerk at all breaks.
+
+    Args:
+        trajectory: without batch dimensions.
+        ends: whether start and end count, before and after which a trajectory rests.
+        tolerance: relative to the largest value of each derivative: smaller differences are no jumps.
+    """
+    tolerance = not_negative("tolerance", tolerance)
+    for order in range(4):
+        found = jumps(trajectory, order, ends=ends, tolerance=tolerance)
+        if found:
+            return Continuity(order - 1, found)
+    return Continuity(3, ())

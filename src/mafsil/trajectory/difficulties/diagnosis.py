@@ -16,9 +16,8 @@ from mafsil.errors import InputError
 from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome
-from mafsil.trajectory.difficulties.branch_changes import branch_change, place_of
+from mafsil.trajectory.difficulties.branch_changes import Piece, branch_change, place_of, stretches
 from mafsil.trajectory.difficulties.difficulty import BranchChange, Difficulty, GapReason, UnreachableStretch
-from mafsil.trajectory.difficulties.fast_stretches import Piece, stretches
 from mafsil.trajectory.difficulties.ladder import INSIDE, Chain, Ladder, best_chain, solution_ladder
 from mafsil.trajectory.difficulties.rates import redundant
 from mafsil.trajectory.difficulties.reachability import PathReach, PathReachStatus, reachability

@@ -15,7 +15,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, whole
 from mafsil.errors import InputError
 from mafsil.ik import SolutionBatch, inverse_kinematics
-from mafsil.ik.status import STATUSES, IKStatus
+from mafsil.ik.result import STATUSES, IKStatus
 from mafsil.ik.tolerances import INSIDE
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory.paths import TipPath

@@ -11,7 +11,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.csv_table import CsvTable, csv_text, joint_columns, read_csv_table
 from mafsil.errors import FileError
-from mafsil.trajectory.files.sampling import Samples
+from mafsil.trajectory.files.ros2 import Samples
 from mafsil.trajectory.profiles.polynomial import cubic_coefficients, quintic_coefficients
 from mafsil.trajectory.splines.cubic_spline import cubic_through
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial

@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.robot import Robot
 from mafsil.trajectory.checks.limit_check import LimitCheck, check
 from mafsil.trajectory.files import csv_file, ros2, urscript
-from mafsil.trajectory.files.sampling import Samples, sampled
+from mafsil.trajectory.files.ros2 import Samples, sampled
 from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.motion_limits import Limits
 from mafsil.whole_file import write_whole

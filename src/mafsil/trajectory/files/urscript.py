@@ -6,7 +6,7 @@ Reference: Universal Robots, The URScript Programming Language, servoj and movej
 from __future__ import annotations
 
 from mafsil.errors import InputError
-from mafsil.trajectory.files.sampling import Samples
+from mafsil.trajectory.files.ros2 import Samples
 
 JOINTS = 6
 APPROACH = "a=0.5, v=0.25"

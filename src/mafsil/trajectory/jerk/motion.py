@@ -15,10 +15,8 @@ from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages.tables import in_notebook
 from mafsil.trajectory.jerk.binding import Bindings, bindings_of
-from mafsil.trajectory.jerk.problem import MODES, Problem, Synchronise
-from mafsil.trajectory.jerk.refusals import STATUSES, JerkStatus, sentence
-from mafsil.trajectory.motion import Motion, moving_at, times
-from mafsil.trajectory.overview import overview
+from mafsil.trajectory.jerk.problem import MODES, STATUSES, JerkStatus, Problem, Synchronise, sentence
+from mafsil.trajectory.motion import Motion, moving_at, overview, times
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
 if TYPE_CHECKING:

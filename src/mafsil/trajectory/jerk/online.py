@@ -11,8 +11,17 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
-from mafsil.trajectory.jerk.problem import MODES, Problem, Synchronise, packed_limits, problem_of, require_finite_states
-from mafsil.trajectory.jerk.refusals import STATUSES, JerkStatus, sentence
+from mafsil.trajectory.jerk.problem import (
+    MODES,
+    STATUSES,
+    JerkStatus,
+    Problem,
+    Synchronise,
+    packed_limits,
+    problem_of,
+    require_finite_states,
+    sentence,
+)
 from mafsil.trajectory.motion_limits import Limits
 
 if TYPE_CHECKING:

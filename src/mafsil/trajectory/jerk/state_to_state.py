@@ -14,12 +14,13 @@ from mafsil.lazy_module import lazily
 from mafsil.trajectory.jerk.motion import JerkLimitedBatch, JerkLimitedMotion, Pieces
 from mafsil.trajectory.jerk.problem import (
     MODES,
+    STATUSES,
+    JerkStatus,
     Problem,
     Synchronise,
     problem_of,
     require_finite_states,
 )
-from mafsil.trajectory.jerk.refusals import STATUSES, JerkStatus
 from mafsil.trajectory.motion_limits import Limits
 
 if TYPE_CHECKING:

@@ -17,12 +17,10 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.trajectory.jerk.binding import Bindings
 from mafsil.trajectory.jerk.motion import JerkLimitedMotion, Pieces
-from mafsil.trajectory.jerk.problem import Problem, packed_limits, problem_of, require_finite_states
-from mafsil.trajectory.jerk.refusals import JerkStatus
+from mafsil.trajectory.jerk.problem import JerkStatus, Problem, packed_limits, problem_of, require_finite_states
 from mafsil.trajectory.jerk.state_to_state import MOST_PIECES, planned
-from mafsil.trajectory.motion import Motion
+from mafsil.trajectory.motion import Motion, overview
 from mafsil.trajectory.motion_limits import Limits
-from mafsil.trajectory.overview import overview
 
 if TYPE_CHECKING:
     import mafsil.trajectory.jerk.via_loops as via_loops

@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, PoseMatrix, Vector6, crossed
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.trajectory.paths.pose_path import TipPath, jumps, merged
-from mafsil.trajectory.paths.rotation_motion import RotationMotion, inverse, product, run, turned
+from mafsil.trajectory.paths.rotation_curves import RotationMotion, inverse, product, run, turned
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
 TURN_WEIGHT = 0.25

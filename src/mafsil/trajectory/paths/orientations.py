@@ -15,7 +15,7 @@ from mafsil.arrays import Floats, RotationMatrix, Vector3
 from mafsil.errors import InputError
 from mafsil.geometry import euler, rotation
 from mafsil.trajectory.paths.positions import PositionCurve
-from mafsil.trajectory.paths.rotation_motion import RotationMotion, exponential, of_matrices, product, turned
+from mafsil.trajectory.paths.rotation_curves import RotationMotion, exponential, of_matrices, product, turned
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 

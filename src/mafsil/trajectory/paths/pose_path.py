@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector6, crossed
 from mafsil.trajectory.paths.orientations import OrientationLaw
 from mafsil.trajectory.paths.positions import PositionCurve
-from mafsil.trajectory.paths.rotation_motion import turned
+from mafsil.trajectory.paths.rotation_curves import turned
 from mafsil.trajectory.splines.piecewise import NODES, WEIGHTS
 from mafsil.trajectory.tolerances import FEW_ROUNDINGS, GIVEN
 

@@ -4,6 +4,7 @@ from mafsil.trajectory.profiles.double_s import synchronised as synchronised
 from mafsil.trajectory.profiles.laws import LAWS as LAWS
 from mafsil.trajectory.profiles.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.profiles.laws import TimeLaw as TimeLaw
+from mafsil.trajectory.profiles.laws import profiles as profiles
 from mafsil.trajectory.profiles.laws import straight_lines as straight_lines
 from mafsil.trajectory.profiles.laws import time_law as time_law
 from mafsil.trajectory.profiles.polynomial import cubic as cubic
@@ -14,7 +15,6 @@ from mafsil.trajectory.profiles.polynomial_conditions import septic as septic
 from mafsil.trajectory.profiles.profile_comparison import ProfileComparison as ProfileComparison
 from mafsil.trajectory.profiles.profile_comparison import ProfileRun as ProfileRun
 from mafsil.trajectory.profiles.profile_comparison import compare_profiles as compare_profiles
-from mafsil.trajectory.profiles.profile_table import profiles as profiles
 from mafsil.trajectory.profiles.sequence import Sequence as Sequence
 from mafsil.trajectory.profiles.sequence import sequence as sequence
 from mafsil.trajectory.profiles.shaped_law import ShapedLaw as ShapedLaw

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, calculable, positive, real_array, require_finite, require_kind
 from mafsil.errors import InputError
 from mafsil.solvers import Outcome
-from mafsil.trajectory.motion import Motion, Stretchable, Trajectory, times
-from mafsil.trajectory.overview import Printed
+from mafsil.trajectory.motion import Motion, Printed, Stretchable, Trajectory, times
 from mafsil.trajectory.profiles.trapezoid import Synchronisation
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import PlanStatus

@@ -15,8 +15,8 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.robot import Robot
-from mafsil.trajectory.checks.continuity import continuity
 from mafsil.trajectory.checks.limit_check import check
+from mafsil.trajectory.checks.requirements import continuity
 from mafsil.trajectory.jerk import JerkLimitedMotion, jerk_limited, jerk_limited_through
 from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen, not_negative, require_kind, spread
 from mafsil.errors import InputError
-from mafsil.trajectory.motion import Motion, Trajectory, moving_at, times
-from mafsil.trajectory.overview import Printed
+from mafsil.trajectory.motion import Motion, Printed, Trajectory, moving_at, times
 from mafsil.trajectory.profiles.polynomial import rest
 
 

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, frozen
-from mafsil.trajectory.motion import Motion, Stretchable, moving_at, times
-from mafsil.trajectory.overview import Printed
+from mafsil.trajectory.motion import Motion, Printed, Stretchable, moving_at, times
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.trajectory.splines.blend_legs import mean_acceleration
-from mafsil.trajectory.splines.blend_plan import BlendProblem, Blends, blends
+from mafsil.trajectory.splines.blend_plan import BlendProblem, Blends, blends, mean_acceleration
 from mafsil.trajectory.status import BlendStatus
 
 GRID, ROUNDS = 512, 5

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, frozen, real_array
 from mafsil.errors import InputError
 from mafsil.fields import checked, numbers
-from mafsil.trajectory.motion import Motion, moving_at, times
-from mafsil.trajectory.overview import Printed
+from mafsil.trajectory.motion import Motion, Printed, moving_at, times
 from mafsil.trajectory.profiles.polynomial_roots import roots_inside
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)

@@ -18,8 +18,7 @@ from mafsil.trajectory.profiles.polynomial import quintic_coefficients
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.timing.sampled_limits import SampledLimit
 from mafsil.trajectory.timing.sampled_timing import ALLOWED, GROWTH, MARGIN, MOST_ROUNDS, SETTLED, timed_within
-from mafsil.trajectory.timing.smooth_base import quadratic_basis, smoothed
-from mafsil.trajectory.timing.timing_problem import TimingProblem, solved
+from mafsil.trajectory.timing.timing_problem import TimingProblem, quadratic_basis, smoothed, solved
 from mafsil.trajectory.tolerances import ROUNDING
 
 if TYPE_CHECKING:
