@@ -6,7 +6,7 @@ import pytest
 from mafsil import mobility as mo
 from mafsil import parallel as pa
 from mafsil.geometry import pose, rotation, screw
-from mafsil.mobility.structure import StructureStatus
+from mafsil.mobility.gruebler import StructureStatus
 from tests.acceptance import test_08_closed_chains, test_08_planar, test_08_planar_chains
 from tests.acceptance.reading import unread_after
 from tests.acceptance.test_08_closed_chains import CASES, near, pose_of, stewart

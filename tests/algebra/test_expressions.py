@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mafsil.algebra.euler import SEQUENCES
-from mafsil.algebra.expression import function
+from mafsil.algebra.membership import function
 from mafsil.geometry import euler, pose, rotation, screw
 
 EPS = 2.0**-52

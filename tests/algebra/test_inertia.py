@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mafsil.algebra.expression import function
+from mafsil.algebra.membership import function
 from mafsil.expression import Function
 from mafsil.geometry import pose, rotation, twist
 

@@ -15,8 +15,7 @@ from mafsil.kernels import target
 from mafsil.kernels.export.c.trial import compiler, trial
 from mafsil.kernels.export.exported import tapes
 from mafsil.kernels.export.objects.machines import MACHINES, machine
-from mafsil.kernels.export.objects.object_file import object_file
-from mafsil.kernels.export.objects.symbols import symbols
+from mafsil.kernels.export.objects.object_file import object_file, symbols
 from tests.page.node import needed
 
 ROBOT = mf.load("panda")

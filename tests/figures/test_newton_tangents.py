@@ -5,7 +5,7 @@ import pytest
 
 from mafsil.errors import InputError
 from mafsil.figures import plot_newton_tangents
-from mafsil.figures.newton_tangents import _drawn
+from mafsil.figures.ik_constructions import _drawn
 from mafsil.ik import find_root
 
 

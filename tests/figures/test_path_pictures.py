@@ -7,7 +7,7 @@ import pytest
 
 from mafsil import Robot, figures
 from mafsil.errors import InputError
-from mafsil.figures import path_difficulties, phase_plane
+from mafsil.figures import motion_over_time
 from mafsil.model.library.planar import planar2r
 from mafsil.trajectory import JointPath, MotionLimits, diagnose_path, line_path, time_optimal
 
@@ -24,7 +24,7 @@ def drawn(monkeypatch, module):
 @pytest.mark.parametrize(("jerk", "slack"), [(np.inf, 1e-6), (60.0, 1e-3)])
 def test_the_phase_plane_shows_the_motion_below_the_limit_curve(monkeypatch, jerk, slack):
     timed = time_optimal(JointPath.through(POINTS), MotionLimits.of(2, velocity=1.5, acceleration=4.0, jerk=jerk))
-    found = drawn(monkeypatch, phase_plane)
+    found = drawn(monkeypatch, motion_over_time)
     figures.plot_phase_plane(timed, "plane.png", language="en")
     (axes,) = found[0].axes
     limit, *parts = axes.lines
@@ -44,7 +44,7 @@ def test_difficulties_are_shaded_numbered_and_said(monkeypatch):
     T_0, T_1 = np.eye(4), np.eye(4)
     T_0[:2, 3], T_1[:2, 3] = (1, 0.3), (-1, 0.3)
     diagnosis = diagnose_path(Robot(planar2r((1.0, 0.5))), line_path(T_0, T_1), task="position")
-    found = drawn(monkeypatch, path_difficulties)
+    found = drawn(monkeypatch, motion_over_time)
     figures.plot_path_difficulties(diagnosis, "why.png", language="en")
     (figure,) = found
     assert len(figure.axes) == 2

@@ -11,7 +11,7 @@ import sys
 import numpy as np
 import pytest
 
-from mafsil.algebra.expression import function
+from mafsil.algebra.membership import function
 from mafsil.errors import InputError
 from mafsil.geometry import euler, membership, planar, pose, quaternion, rotation, screw, twist, wrench
 from mafsil.geometry.declared import Declared

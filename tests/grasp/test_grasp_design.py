@@ -14,7 +14,6 @@ from mafsil.figures.grasp import draw_grasp
 from mafsil.grasp import Contact, FrictionLaw, Grasp, GraspedBody, corner_contact, line_contact, patch_contact
 from mafsil.grasp.friction import sliding_force, split
 from mafsil.grasp.grasp_file import read_grasp_file
-from mafsil.grasp.regions import frictionless_regions, two_finger_regions
 from mafsil.grasp.synthesis import (
     best_next_finger,
     box_fixture,
@@ -23,6 +22,7 @@ from mafsil.grasp.synthesis import (
     polygon_contacts,
 )
 from mafsil.grasp.task_quality import ellipsoid_scale, smallest_singular_value, task_scale
+from mafsil.grasp.uncertainty import frictionless_regions, two_finger_regions
 
 
 def pinch(mu=0.5):

@@ -11,8 +11,7 @@ import pytest
 
 from mafsil.cli.registry import operation
 from mafsil.errors import FileError, InputError
-from mafsil.figures.grasp_motion import save_free_motions
-from mafsil.figures.grasp_plan import draw_plan
+from mafsil.figures.grasp import draw_plan, save_free_motions
 from mafsil.grasp import Contact, Grasp, GraspedBody, plan_grasps, robustness
 from mafsil.grasp.uncertainty import tolerance
 

@@ -14,10 +14,10 @@ from mafsil.figures.hull import draw_force_diagram, draw_hull, save_force_diagra
 from mafsil.grasp import Contact, Grasp, eliminate, patch_contact, three_fingers, two_fingers
 from mafsil.grasp.closure import ClosureStatus
 from mafsil.grasp.closure_methods import count_contacts
+from mafsil.grasp.forces import internal_basis, split_forces
 from mafsil.grasp.friction import PairFriction, pair_friction
 from mafsil.grasp.grasp import compare_under_load
 from mafsil.grasp.hull import convex_hull
-from mafsil.grasp.internal_forces import internal_basis, split_forces
 from mafsil.grasp.synthesis import least_friction
 from mafsil.grasp.three_fingers import planar_slice
 

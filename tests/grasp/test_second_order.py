@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.cli.registry import operation
 from mafsil.errors import InputError
-from mafsil.figures.grasp_motion import save_free_motions
+from mafsil.figures.grasp import save_free_motions
 from mafsil.grasp import Contact, Grasp
 from mafsil.grasp.displacement import free_twists, moved
 from mafsil.grasp.second_order import ImmobilityStatus, second_order

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.mobility import Linkage, joint, library
-from mafsil.mobility.linkages.shortest_loops import shortest_loops
+from mafsil.mobility.redundant_constraints import shortest_loops
 from tests.mobility.composed import wrong
 
 

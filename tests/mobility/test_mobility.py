@@ -9,9 +9,9 @@ import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.mobility.actuation import ActuationStatus
 from mafsil.mobility.finite import screw_rates
+from mafsil.mobility.gruebler import StructureStatus
 from mafsil.mobility.linkages import loop_closure as closure
 from mafsil.mobility.linkages.loop_closure import loop_state, reduced_screws
-from mafsil.mobility.structure import StructureStatus
 from tests.mobility.mechanisms import five_bar, four_bar, parallel_cranks, platform, three_upu
 
 OPEN = [(0, 0), (1, 2), (4, 3), (4, 0)]

@@ -27,9 +27,8 @@ from mafsil.errors import ModelError
 from mafsil.model import Mechanism
 from mafsil.robot import Robot
 from mafsil.simulation import ForwardMotion, forward_dynamics_trajectory
-from mafsil.simulation.motion.fixed_step import Clock, fixed_step_solution
+from mafsil.simulation.motion.fixed_step import COMPOSITIONS, Clock, fixed_step_solution
 from mafsil.simulation.motion.system import DrivenRobot
-from mafsil.simulation.motion.variational import COMPOSITIONS
 from mafsil.solvers import METHODS, Tableau, Tolerance, first_order, integrate, integrate_adaptively, pair
 from mafsil.solvers.embedded import PAIRS
 from mafsil.solvers.solution import IntegrationStatus

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import mafsil.expression as ex
-from mafsil.algebra import eigen, se3
+from mafsil.algebra import se3, so3
 from mafsil.algebra.spatial import angular, cross, linear, skew
 
 
@@ -68,7 +68,7 @@ def pseudo_inertia(mass: ex.Expression, com: ex.Expression, inertia: ex.Expressi
 
 def principal_moments(inertia: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
     """Moments (3,) [kg m^2], in no order, and their axes, the columns of (3, 3)."""
-    return eigen.symmetric(inertia)
+    return so3.symmetric(inertia)
 
 
 def realisability(mass: ex.Expression, inertia: ex.Expression) -> ex.Expression:
@@ -77,5 +77,5 @@ def realisability(mass: ex.Expression, inertia: ex.Expression) -> ex.Expression:
     The principal values of S_c are (B + C - A)/2: positive moments and their triangle inequalities in one number.
     """
     trace = inertia[0, 0] + inertia[1, 1] + inertia[2, 2]
-    values, _ = eigen.symmetric(trace / 2 * ex.eye(3) - inertia)
+    values, _ = so3.symmetric(trace / 2 * ex.eye(3) - inertia)
     return ex.fmin(ex.fmin(mass, values[0]), ex.fmin(values[1], values[2]))

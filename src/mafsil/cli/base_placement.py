@@ -71,7 +71,7 @@ def base_placement(
     data = {"robot": arm.name, **found.to_dict()}
     if picture is not None:
         # matplotlib takes half a second to import, and few answers are drawn.
-        from mafsil.figures.base_map import plot_placement
+        from mafsil.figures.workspace_slice import plot_placement
 
         plot_placement(found, picture, scene=around)
         data["picture"] = picture

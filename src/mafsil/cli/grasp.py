@@ -118,7 +118,7 @@ def _plan(file: str, options: dict[str, Any], picture: str | None) -> Answer:
 
 
 def _plan_picture(plan: GraspPlan, path: Path) -> None:
-    from mafsil.figures.grasp_plan import save_plan
+    from mafsil.figures.grasp import save_plan
 
     save_plan(plan, path)
 
@@ -213,8 +213,7 @@ def _load_lines(forces: ContactForces) -> list[str]:
 
 
 def _picture(given: GraspFile, found: Closure, path: Path) -> None:
-    from mafsil.figures.grasp import save_grasp
-    from mafsil.figures.grasp_motion import save_free_motions
+    from mafsil.figures.grasp import save_free_motions, save_grasp
 
     if path.suffix.lower() == _MOVING:
         save_free_motions(given.grasp, path, outline=given.outline)

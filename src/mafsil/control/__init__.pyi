@@ -29,12 +29,12 @@ from mafsil.control.joints.elastic_laws import motor_feedback as motor_feedback
 from mafsil.control.joints.elastic_laws import singular_perturbation_control as singular_perturbation_control
 from mafsil.control.joints.encoder_loop import encoder_loop as encoder_loop
 from mafsil.control.joints.friction_compensation import friction_compensation as friction_compensation
-from mafsil.control.joints.inertia_gains import inertia_gains as inertia_gains
 from mafsil.control.laws.adaptive import adaptive_control as adaptive_control
 from mafsil.control.laws.closed_chain_laws import closed_computed_torque as closed_computed_torque
 from mafsil.control.laws.closed_chain_laws import closed_gravity_compensation as closed_gravity_compensation
 from mafsil.control.laws.computed_torque import computed_torque as computed_torque
 from mafsil.control.laws.gains import Gains as Gains
+from mafsil.control.laws.gains import inertia_gains as inertia_gains
 from mafsil.control.laws.joint_feedback import feedforward as feedforward
 from mafsil.control.laws.joint_feedback import gravity_compensation as gravity_compensation
 from mafsil.control.laws.joint_feedback import pid as pid

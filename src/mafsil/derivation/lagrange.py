@@ -14,8 +14,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.derivation.document import Derivation, Grid, Line, Name, Step
+from mafsil.derivation.expression import glyph
 from mafsil.derivation.formula_text import evaluate, parsed
-from mafsil.derivation.letters import glyph
 from mafsil.derivation.matrices import Row
 from mafsil.derivation.polynomial import (
     Angle,

@@ -5,10 +5,17 @@ from __future__ import annotations
 import unicodedata
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
-from mafsil.derivation.expression import Expression
+from mafsil.derivation.expression import (
+    Expression,
+    Glyph,
+    factor_glyph,
+    glyph,
+    number_text,
+    signed_angles,
+    with_letters,
+)
 from mafsil.derivation.factored import Part, factored
 from mafsil.derivation.grouping import powers
-from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, signed_angles, with_letters
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.derivation.text import checked_sentence, language_code, split_angle, step_sentence

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
-from mafsil.derivation.expression import Expression
+from mafsil.derivation.expression import Expression, factor_glyph, glyph, number_text, signed_angles, superscript
 from mafsil.derivation.factored import Part, factored
 from mafsil.derivation.grouping import powers
-from mafsil.derivation.letters import factor_glyph, glyph, number_text, signed_angles, superscript
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.errors import InputError

@@ -1,4 +1,9 @@
-"""Pictures of a grasp: contacts and cones on the body, what is not resisted or still free, and the hull of wrenches."""
+"""Pictures of a grasp: contacts and cones on the body, what is not resisted or still free, and the hull of wrenches.
+
+The motions that a plane grasp leaves, as a moving picture: the body swings along each, never into a finger.
+
+Proposed grasps on their body: the best ones in small pictures, one view for all.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.errors import InputError
 from mafsil.figures.picture_file import picture_file
-from mafsil.grasp import Closure, Contact, Grasp, GraspedBody
+from mafsil.grasp import Closure, Contact, Grasp, GraspedBody, GraspPlan
 from mafsil.grasp.displacement import free_twists, moved
 from mafsil.grasp.quality import hull_facets
 from mafsil.messages import say
@@ -242,3 +248,98 @@ def _cone(axes: Any, contact: Contact, height: float) -> None:
         for i in range(3)
     ]
     axes.plot_surface(*surface, color=_CONE, alpha=0.3, linewidth=0)
+
+
+FRAMES = 24
+"""Of one motion."""
+REACH = 0.08
+"""How far the body is moved, as a share of its size."""
+_MOVED = "#2e8b57"
+
+
+def save_free_motions(grasp: Grasp, path: str | PathLike[str], *, outline: Floats | None = None) -> None:
+    """Write a moving picture.
+
+    Args:
+        grasp: in the plane, with some motion that neither its normals nor curvature forbid.
+        path: .gif.
+        outline: (k, 2) corners of the body; the contact points if None.
+
+    Raises:
+        InputError: a grasp in space, or one that leaves no motion that can be shown.
+    """
+    path = picture_file(path, (".gif",))
+    if grasp.dimension != 2:
+        raise InputError("grasp.motion_in_plane")
+    paths = free_twists(grasp)
+    if not paths:
+        raise InputError("grasp.motion_blocked", finding=grasp.second_order().explain())
+    from matplotlib.animation import FuncAnimation, PillowWriter
+
+    corners = np.array([c.point for c in grasp.contacts]) if outline is None else outline
+    figure = draw_grasp(grasp, grasp.closure(margins=False), outline)
+    moved: Any = figure.axes[0].fill(*corners.T, facecolor="none", edgecolor=_MOVED, linewidth=2.0)[0]
+    places = [_place(grasp, corners, y, t) for y, both in paths for t in _swing(both)]
+
+    def show(frame: int) -> tuple[Any, ...]:
+        moved.set_xy(places[frame])
+        return (moved,)
+
+    FuncAnimation(figure, show, frames=len(places), blit=False).save(path, writer=PillowWriter(fps=16), dpi=80)
+
+
+def _swing(both_ways: bool) -> Floats:
+    """Shares of the reach over one motion: to and fro; a one-way motion never goes behind its start."""
+    t = np.sin(2 * np.pi * np.arange(FRAMES) / FRAMES)
+    return t if both_ways else np.abs(t)
+
+
+def _place(grasp: Grasp, corners: Floats, twist: Floats, share: float) -> Floats:
+    """Corners moved along a plane twist by a share of the reach; at rest where a finger would be inside."""
+    size = float(np.ptp(corners, axis=0).max()) or 1.0
+    pose = moved(grasp, np.sign(share) * twist, abs(share) * REACH * size)
+    return corners if pose is None else corners @ pose[:2, :2].T + pose[:2, 2]
+
+
+SHOWN = 6
+
+
+def save_plan(plan: GraspPlan, path: str | PathLike[str]) -> None:
+    """Draw the best proposals into a file.
+
+    Args:
+        plan: with at least one grasp.
+        path: .png, .svg or .pdf.
+    """
+    path = picture_file(path)
+    import matplotlib
+
+    with matplotlib.rc_context({"svg.hashsalt": "mafsil", "font.size": 8}):
+        figure = draw_plan(plan)
+        undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix.lower(), {})
+        figure.savefig(path, dpi=130, metadata=undated)
+
+
+def draw_plan(plan: GraspPlan) -> Any:
+    """A matplotlib figure with the best proposals.
+
+    Args:
+        plan: with at least one grasp.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    shown = plan.grasps[:SHOWN]
+    columns = min(3, len(shown))
+    rows = -(-len(shown) // columns)
+    figure = Figure(figsize=(3.4 * columns, 3.4 * rows + 0.3))
+    FigureCanvasAgg(figure)
+    for k, proposal in enumerate(shown):
+        axes: Any = figure.add_subplot(rows, columns, k + 1, projection="3d")
+        draw_body(axes, plan.body)
+        draw_contacts(axes, proposal.grasp, labels=False, scale=0.2 * plan.body.size)
+        frame_space(axes, np.asarray(plan.body.corners).reshape(-1, 3))
+        axes.set_axis_off()
+        axes.set_title(visible(f"{k + 1}: {say('grasp.epsilon_head')} {proposal.epsilon:.3g}"))
+    figure.tight_layout()
+    return figure

@@ -1,4 +1,7 @@
-"""Flat maps of a workspace: reached cells, share of orientations, boundary and voids."""
+"""Flat maps of a workspace: reached cells, share of orientations, boundary and voids.
+
+Maps of base placement from above: how many targets are reached from where, how well, and the best base.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from mafsil.collision import Scene
+from mafsil.collision.pieces import boxes
 from mafsil.errors import InputError
-from mafsil.figures.performance_sheet import INK, SINGULAR, flat_axes, label, save, sheet
+from mafsil.figures.performance_sheet import INK, SHELL, SINGULAR, flat_axes, label, save, sheet
 from mafsil.figures.picture_file import picture_file
+from mafsil.messages import say
 from mafsil.performance.workspace import WorkspaceMap
+from mafsil.planning import BasePlacement
 
 _NAMES = {"xy": ("x [m]", "y [m]"), "xz": ("x [m]", "z [m]"), "yz": ("y [m]", "z [m]")}
 
@@ -53,3 +60,62 @@ def save_workspace(workspace: WorkspaceMap, path: str | PathLike[str], *, langua
 
 def _unit(workspace: WorkspaceMap) -> str:
     return "m³" if workspace.view == "radial" else "m²"
+
+
+def plot_placement(
+    placement: BasePlacement, path: str | PathLike[str], *, scene: Scene | None = None, language: str | None = None
+) -> None:
+    """Draw the grid of base positions, each with the best of its heights and yaws.
+
+    Left the share of the targets that are reached, right the score where all are; crosses are the targets, the arrow
+    stands at the best base and points along its x axis, grey is what stands around.
+
+    Args:
+        placement: of an arm.
+        path: .png, .svg or .pdf.
+        scene: what stands around; half spaces are not drawn.
+        language: of the labels; the current one if None.
+
+    Raises:
+        InputError: an ending of no picture.
+    """
+    file = picture_file(path)
+    x, y, share, score = placement.score_map()
+    figure = sheet(9.6, 4.6)
+    for k, (values, colours, name) in enumerate(((share, "Blues", "share"), (score, "viridis", "score"))):
+        axes: Any = figure.add_subplot(1, 2, k + 1)
+        shown = np.ma.masked_where(values <= 0.0, values)
+        top = 1.0 if k == 0 else max(float(score.max()), 1e-9)
+        image = axes.pcolormesh(_edges(x), _edges(y), shown.T, cmap=colours, vmin=0.0, vmax=top, rasterized=True)
+        for low, high in _footprints(scene):
+            axes.fill_between([low[0], high[0]], low[1], high[1], facecolor="none", edgecolor=SHELL, linewidth=0.8)
+        axes.plot(*placement.targets[:, :2, 3].T, "x", color=SINGULAR, markersize=6, markeredgewidth=1.4)
+        T = placement.T_sb
+        length = 0.08 * max(np.ptp(x), np.ptp(y), 0.5)
+        axes.plot(*T[:2, 3], "o", color=INK, markersize=5, clip_on=False)
+        axes.annotate(
+            "",
+            xy=T[:2, 3] + length * T[:2, 0],
+            xytext=T[:2, 3],
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 1.6},
+        )
+        flat_axes(axes, "x [m]", "y [m]")
+        axes.set_title(say(f"planning.label_{name}", language=language), fontsize=9)
+        bar = figure.colorbar(image, ax=axes, shrink=0.8, pad=0.02)
+        bar.outline.set_visible(False)
+    save(figure, file)
+
+
+def _edges(centres: Any) -> Any:
+    """Borders of cells around even centres."""
+    step = (centres[-1] - centres[0]) / (len(centres) - 1) if len(centres) > 1 else 0.1
+    return np.append(centres - step / 2, centres[-1] + step / 2)
+
+
+def _footprints(scene: Scene | None) -> list[tuple[Any, Any]]:
+    """Lower and upper corners, seen from above, of what has an end."""
+    if scene is None or not len(scene):
+        return []
+    rows = boxes(scene.pieces)
+    return [(row[:2], row[3:5]) for row in rows[np.isfinite(rows).all(axis=1)]]

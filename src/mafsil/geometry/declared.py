@@ -10,9 +10,9 @@ from mafsil import kernels
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    import mafsil.algebra.expression as expression
+    import mafsil.algebra.membership as expression
 else:
-    expression = lazily("mafsil.algebra.expression")
+    expression = lazily("mafsil.algebra.membership")
 
 Ports = tuple[tuple[str, tuple[int, ...]], ...]
 """(name, shape) of every input or output."""

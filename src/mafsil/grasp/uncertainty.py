@@ -1,17 +1,24 @@
-"""Contacts are never quite where they should be: how much closure survives, proven and by sampling."""
+"""Contacts are never quite where they should be: how much closure survives, proven and by sampling.
+
+Independent contact regions: how far each finger may be off its place without losing closure.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, not_negative, whole
+from mafsil.arrays import Floats, as_batch, not_negative, whole
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
+from mafsil.grasp.quality import hull_facets
+from mafsil.grasp.tolerances import ROUNDOFF, TYPED
 from mafsil.grasp.wrench_batch import wrench_closures
+from mafsil.solvers.linear_program import minimise
 
 EDGES = 8
 
@@ -120,3 +127,102 @@ def tolerance(grasp: Grasp, length: float = 1.0) -> Floats:
     """
     epsilon = grasp.quality(length).epsilon
     return np.array([epsilon * length / np.sqrt(1.0 + c.mu**2) for c in grasp.contacts])
+
+
+@dataclass(frozen=True, eq=False)
+class PairRegions:
+    """Two intervals on two edges: fingers anywhere inside close.
+
+    Attributes:
+        first, second: (2, 2) ends of the intervals [m].
+        length: of the shorter one [m].
+    """
+
+    first: Floats
+    second: Floats
+    length: float
+
+
+def two_finger_regions(first: ArrayLike, second: ArrayLike, mu: float) -> PairRegions | None:
+    """The longest pair of intervals on two edges such that any two fingers on them close (facing each other).
+
+    The line between two points lies in a cone iff a linear inequality in their places holds for each cone edge; all
+    four corners of the square of places must meet them: a linear program.
+
+    Args:
+        first, second: (2, 2) ends of the edges in order, the body to the left [m].
+        mu: friction coefficient of both.
+
+    Returns:
+        The regions, or None if no two points of the edges close.
+
+    Reference:
+        V.-D. Nguyen, Constructing force-closure grasps, IEEE ICRA 1986.
+    """
+    a, b = as_batch("first", first, (2, 2), finite=True), as_batch("second", second, (2, 2), finite=True)
+    u, v = a[1] - a[0], b[1] - b[0]
+    p, q = (float(np.linalg.norm(w)) for w in (u, v))
+    if not p > 0 or not q > 0:
+        raise InputError("grasp.same_point", indices="0, 1")
+    u, v = u / p, v / q
+    rows: list[Floats] = []
+    right: list[float] = []
+    for tangent, sign in ((u, 1.0), (v, -1.0)):
+        n = np.array([-tangent[1], tangent[0]])
+        for side in (-1.0, 1.0):
+            # mu n.d + side t.d >= 0 for the line d from the finger to the other one
+            g = sign * (mu * n + side * tangent)
+            constant, by_s, by_t = float(g @ (b[0] - a[0])), -float(g @ u), float(g @ v)
+            s = (0, 1) if by_s < 0 else (1, 0)
+            t = (2, 3) if by_t < 0 else (3, 2)
+            row = np.zeros(5)
+            row[s[1]], row[t[1]] = -by_s, -by_t
+            rows.append(row)
+            right.append(constant)
+    rows += list(np.array([[1, -1, 0, 0, 1], [0, 0, 1, -1, 1], [0, 1, 0, 0, 0], [0, 0, 0, 1, 0]], float))
+    right += [0.0, 0.0, p, q]
+    best = minimise(np.array([0, 0, 0, 0, -1.0]), None, None, np.array(rows, float), np.array(right))
+    if best is None or best.x[4] <= TYPED * max(p, q):
+        return None
+    s0, s1, t0, t1, length = best.x
+    return PairRegions(
+        np.array([a[0] + s0 * u, a[0] + s1 * u]), np.array([b[0] + t0 * v, b[0] + t1 * v]), float(length)
+    )
+
+
+def frictionless_regions(grasp: Grasp, radius: float | None = None) -> Floats:
+    """How far each frictionless plane finger may slide along its edge, all independently, keeping a quality.
+
+    Moving wrench w_i keeps the ball of that radius if u . w_i(s) >= radius for every facet normal u of the seed's hull
+    that w_i carries: any direction is a positive combination of such normals of total at least 1.
+
+    Args:
+        grasp: plane, frictionless, force closure, on straight edges.
+        radius: of the ball that must stay; half of the seed's if None.
+
+    Returns:
+        (contacts, 2) least and greatest displacement along the tangent [m], the edge's ends not considered.
+
+    Raises:
+        InputError: no such grasp.
+
+    Reference:
+        M. A. Roa, R. Suarez, Computation of independent contact regions for grasping 3-D objects, IEEE Trans. Robotics
+        25(4), 2009.
+    """
+    if grasp.dimension != 2 or not grasp.frictionless:
+        raise InputError("grasp.needs_plane", what="frictionless_regions")
+    A = grasp.normals_matrix
+    facets = hull_facets(A)
+    if facets is None or (facets[:, -1] >= 0).any():
+        raise InputError("grasp.seed_not_closed")
+    keep = 0.5 * float(-facets[:, -1].max()) if radius is None else radius
+    answer = np.empty((len(grasp), 2))
+    for i in range(len(grasp)):
+        mine = facets[np.abs(facets[:, :-1] @ A[:, i] + facets[:, -1]) <= TYPED * np.abs(A).max()]
+        # Sliding by s along the tangent adds s (t x n) to the moment: t x n = -1.
+        slope, level = -mine[:, 0], mine[:, :-1] @ A[:, i] - keep
+        low = [-level[k] / slope[k] for k in range(len(mine)) if slope[k] > ROUNDOFF]
+        high = [-level[k] / slope[k] for k in range(len(mine)) if slope[k] < -ROUNDOFF]
+        answer[i] = max(low, default=-np.inf), min(high, default=np.inf)
+    return answer

@@ -6,8 +6,6 @@ from mafsil.ik.answers import SolutionFamily as SolutionFamily
 from mafsil.ik.answers import SolutionSet as SolutionSet
 from mafsil.ik.calibrated import Continuation as Continuation
 from mafsil.ik.calibrated import continued_branches as continued_branches
-from mafsil.ik.desired_motion import twist_of_motion as twist_of_motion
-from mafsil.ik.desired_motion import twists_between as twists_between
 from mafsil.ik.general import GeneralSix as GeneralSix
 from mafsil.ik.general import GeneralSolutions as GeneralSolutions
 from mafsil.ik.inverse import inverse_kinematics as inverse_kinematics
@@ -20,6 +18,8 @@ from mafsil.ik.rates import integrate_rates as integrate_rates
 from mafsil.ik.rates import joint_rates as joint_rates
 from mafsil.ik.rates import prioritised_rates as prioritised_rates
 from mafsil.ik.rates import twist_jacobian as twist_jacobian
+from mafsil.ik.rates import twist_of_motion as twist_of_motion
+from mafsil.ik.rates import twists_between as twists_between
 from mafsil.ik.redundant import ParametricSolutions as ParametricSolutions
 from mafsil.ik.redundant import Redundancy as Redundancy
 from mafsil.ik.redundant import SelfMotionFamily as SelfMotionFamily

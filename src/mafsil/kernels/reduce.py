@@ -17,9 +17,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from mafsil.kernels.fusion import fused
+from mafsil.kernels.fusion import fused, in_rows
 from mafsil.kernels.schedule import scheduled
-from mafsil.kernels.sums import in_rows
 from mafsil.kernels.tape import Node, Tape, alive
 
 COMPARISONS = frozenset(["lt", "le", "eq", "ne", "and", "or", "not"])

@@ -20,8 +20,10 @@ from mafsil.mobility.four_bar import FourBar as FourBar
 from mafsil.mobility.four_bar import FourBarPositions as FourBarPositions
 from mafsil.mobility.four_bar import GrashofClass as GrashofClass
 from mafsil.mobility.gruebler import GrueblerCount as GrueblerCount
+from mafsil.mobility.gruebler import Structure as Structure
 from mafsil.mobility.gruebler import count as count
 from mafsil.mobility.gruebler import gruebler as gruebler
+from mafsil.mobility.gruebler import structure as structure
 from mafsil.mobility.instantaneous import IdleFreedom as IdleFreedom
 from mafsil.mobility.instantaneous import InstantaneousMobility as InstantaneousMobility
 from mafsil.mobility.instantaneous import instantaneous as instantaneous
@@ -44,8 +46,6 @@ from mafsil.mobility.slider_crank import SliderCrankPositions as SliderCrankPosi
 from mafsil.mobility.spaces.configuration_space import configuration_space as configuration_space
 from mafsil.mobility.spaces.configuration_space import self_motion_manifold as self_motion_manifold
 from mafsil.mobility.spaces.configuration_space import space_named as space_named
-from mafsil.mobility.structure import Structure as Structure
-from mafsil.mobility.structure import structure as structure
 from mafsil.mobility.surface import ConfigurationSurface as ConfigurationSurface
 from mafsil.mobility.surface import trace_surface as trace_surface
 from mafsil.mobility.surfaces import ConfigurationSurfaces as ConfigurationSurfaces

@@ -2,9 +2,9 @@ from mafsil.one_joint import drives as drives
 from mafsil.one_joint.discrete_loop import Desired as Desired
 from mafsil.one_joint.discrete_loop import DiscreteLoop as DiscreteLoop
 from mafsil.one_joint.discrete_loop import run_loop as run_loop
-from mafsil.one_joint.drives.backlash import Backlash as Backlash
 from mafsil.one_joint.drives.drive_sizing import size_drive as size_drive
 from mafsil.one_joint.drives.elastic_joint import ElasticJoint as ElasticJoint
+from mafsil.one_joint.drives.gear import Backlash as Backlash
 from mafsil.one_joint.drives.gear import Gear as Gear
 from mafsil.one_joint.drives.motor import Motor as Motor
 from mafsil.one_joint.drives.motor import drive as drive

@@ -23,8 +23,7 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.arm_planning import configurations_of, plan
-from mafsil.planning.outcome import PlanningStatus
-from mafsil.planning.reasons import Reason, said
+from mafsil.planning.outcome import PlanningStatus, Reason, said
 from mafsil.trajectory import follow, line_path
 
 CHORD = 0.02

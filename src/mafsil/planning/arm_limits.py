@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, Truth
 from mafsil.errors import InputError
-from mafsil.planning.reasons import Reason
+from mafsil.planning.outcome import Reason
 
 if TYPE_CHECKING:
     from mafsil.collision import Checker

@@ -41,11 +41,10 @@ from mafsil.planning.arm_search import search, summed
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.kept_planning import Kept, Measured, search_kept
-from mafsil.planning.outcome import PlanningStatus
+from mafsil.planning.outcome import FirstLine, PlanningStatus, Reason
 from mafsil.planning.path_constraints import Constraint, kept_of
 from mafsil.planning.pipeline import shortened
 from mafsil.planning.problem import Problem
-from mafsil.planning.reasons import FirstLine, Reason
 from mafsil.planning.search import PLANNERS
 from mafsil.robot.degrees import in_radians, remark_on_degrees
 

@@ -17,8 +17,7 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker, Clearance, CollisionCheck, MultiArmCell
 from mafsil.messages import say
-from mafsil.planning.outcome import PlanningStatus
-from mafsil.planning.reasons import said
+from mafsil.planning.outcome import PlanningStatus, said
 from mafsil.trajectory import Trajectory
 
 CHORD = 0.05

@@ -17,8 +17,7 @@ from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.planning.arm_plan import ArmPlan
-from mafsil.planning.outcome import PlanningStatus
-from mafsil.planning.reasons import Named, Reason
+from mafsil.planning.outcome import Named, PlanningStatus, Reason
 
 if TYPE_CHECKING:
     import mafsil.planning.diagram_loops as diagram_loops

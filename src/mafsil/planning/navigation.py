@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, single, whole
 from mafsil.errors import InputError
-from mafsil.planning.outcome import Plan, PlanningStatus
+from mafsil.planning.outcome import Plan, PlanningStatus, Reason
 from mafsil.planning.problem import Problem, require_few_cells
-from mafsil.planning.reasons import Reason
 
 Cell: TypeAlias = tuple[int, ...]
 """Place on a grid, by the indices along its axes."""

@@ -18,8 +18,7 @@ from mafsil.planning.arm_planning import configurations_of, plan
 from mafsil.planning.arms_motion import ArmsMotion, TimedArm, unproved_moment
 from mafsil.planning.closed_arms import closed_near, kept_loops_of
 from mafsil.planning.kept_planning import Measured
-from mafsil.planning.outcome import PlanningStatus
-from mafsil.planning.reasons import Reason
+from mafsil.planning.outcome import PlanningStatus, Reason
 from mafsil.planning.rounding import rounded
 from mafsil.planning.waiting_places import RESTS, route_along, standing, timed_way
 from mafsil.trajectory import JointPath, MotionLimits

@@ -32,7 +32,7 @@ from mafsil.trajectory.paths import joined_path as joined_path
 from mafsil.trajectory.paths import line_path as line_path
 from mafsil.trajectory.paths import screw_path as screw_path
 from mafsil.trajectory.paths import spline_path as spline_path
-from mafsil.trajectory.paths.cartesian_line import cartesian_line as cartesian_line
+from mafsil.trajectory.paths.cartesian_path import cartesian_line as cartesian_line
 from mafsil.trajectory.paths.path_points import joint_path as joint_path
 from mafsil.trajectory.paths.path_points import tip_path as tip_path
 from mafsil.trajectory.paths.routes import compare_routes as compare_routes
@@ -41,9 +41,9 @@ from mafsil.trajectory.profiles.double_s import synchronised as synchronised
 from mafsil.trajectory.profiles.laws import straight_lines as straight_lines
 from mafsil.trajectory.profiles.laws import time_law as time_law
 from mafsil.trajectory.profiles.polynomial import cubic as cubic
+from mafsil.trajectory.profiles.polynomial import polynomial as polynomial
 from mafsil.trajectory.profiles.polynomial import quintic as quintic
-from mafsil.trajectory.profiles.polynomial_conditions import polynomial as polynomial
-from mafsil.trajectory.profiles.polynomial_conditions import septic as septic
+from mafsil.trajectory.profiles.polynomial import septic as septic
 from mafsil.trajectory.profiles.profile_comparison import compare_profiles as compare_profiles
 from mafsil.trajectory.profiles.sequence import sequence as sequence
 from mafsil.trajectory.profiles.trapezoid import trapezoid as trapezoid

@@ -20,10 +20,10 @@ from mafsil.control.joints.encoder_loop import EncoderLoop as EncoderLoop
 from mafsil.control.joints.encoder_loop import encoder_loop as encoder_loop
 from mafsil.control.joints.friction_compensation import FrictionCompensation as FrictionCompensation
 from mafsil.control.joints.friction_compensation import friction_compensation as friction_compensation
-from mafsil.control.joints.inertia_gains import inertia_gains as inertia_gains
 from mafsil.control.joints.learned_effort import LearnedEffort as LearnedEffort
 from mafsil.control.joints.motion_estimator import JointMotionEstimate as JointMotionEstimate
 from mafsil.control.joints.motion_estimator import MotionEstimator as MotionEstimator
 from mafsil.control.joints.motion_estimator import TipMotionEstimate as TipMotionEstimate
 from mafsil.control.joints.motion_estimator import accelerometer as accelerometer
 from mafsil.control.joints.motion_estimator import joint_acceleration as joint_acceleration
+from mafsil.control.laws.gains import inertia_gains as inertia_gains

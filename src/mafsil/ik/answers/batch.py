@@ -12,9 +12,8 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import Branch
-from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.one_pose import one_pose
-from mafsil.ik.answers.setting import Setting
+from mafsil.ik.answers.setting import Setting, folding, nearly_there, structure_decides
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.solution_table import pose_table
 from mafsil.ik.problem import FARTHEST, clean_poses, printed_pose

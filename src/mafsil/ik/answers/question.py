@@ -16,10 +16,9 @@ from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.lists import SELF_MOTION, complete, moving_joints, straightened
 from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal, verdict_without_solution
-from mafsil.ik.answers.search import Search
+from mafsil.ik.answers.search import Search, Start, start_of
 from mafsil.ik.answers.setting import Setting, bits, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.answers.start import Start, start_of
 from mafsil.ik.refine import distinct, least_squares, refined
 from mafsil.ik.result import IKStatus
 from mafsil.ik.structure.analysis import Analysis

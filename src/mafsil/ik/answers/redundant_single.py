@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.candidate_table import CODE, EXCESS, RESIDUAL
 from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.search import Start
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.answers.start import Start
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.parameter_search import ParameterValues, nearest_allowed, parameter_values
 from mafsil.ik.redundant.parametric_form import ParametricForm, parametric_form

@@ -1,4 +1,15 @@
-"""An arm as inverse kinematics asks it: limits, closed form, and what does not depend on the pose."""
+"""An arm as inverse kinematics asks it: limits, closed form, and what does not depend on the pose.
+
+Would the arm that was meant have as many solutions? A description of six digits leaves some counts open.
+
+An arm that differs by e = `DESCRIBED` from the one described has its solutions where the pose differs by about e:
+
+1. two solutions that are d apart at a fold, where the Jacobian's least singular value is about d, merge within d^2 ~ e;
+2. a row of the closed form that falls short of the pose by s becomes a solution, or two, within s ~ e;
+3. an arm that is near to a simpler structure, with too few joints for its task, has other solutions once it is of it.
+
+Arms without a closed form are looked at by 1 alone, and by how far the nearest pose is where none is reached.
+"""
 
 from __future__ import annotations
 
@@ -9,36 +20,34 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.algebra.tolerance import DESCRIBED, SMALLEST_DIVISOR
+from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
-from mafsil.ik.structure.analysis import Analysis, Task, analysis
+from mafsil.ik.structure.analysis import Analysis, Task, analysis, structure_in_doubt
 from mafsil.ik.tolerances import NEARLY_REACHED
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.closed_form.thresholds import BENT, NEARLY, ON_LIMIT, SPLIT, candidate, folds, merges_twice
-from mafsil.mechanics.closed_form.thresholds import CLEAR as CLEAR
+from mafsil.mechanics.closed_form.thresholds import BENT, CLEAR, NEARLY, ON_LIMIT, SPLIT, candidate, folds, merges_twice
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 
 if TYPE_CHECKING:
     import mafsil.ik.numerical.problem as numerical_problem
     import mafsil.ik.numerical.search as search
+    from mafsil.ik.numerical.search import SearchPlan
+    from mafsil.kernels import Kernel
 else:
     numerical_problem = lazily("mafsil.ik.numerical.problem")
     search = lazily("mafsil.ik.numerical.search")
 
-if TYPE_CHECKING:
-    from mafsil.ik.numerical.search import SearchPlan
-    from mafsil.kernels import Kernel
 
 MASKS = {"pose": (1, 1, 1, 1, 1, 1), "position": (0, 0, 0, 1, 1, 1), "axis": (1, 1, 0, 1, 1, 1)}
 """Components of the error that each task asks for."""
-
 FAR = 1e50
 """Stands for a limit that is none: compiled code takes finite numbers, and beyond 1e60 looks for overflow, slowly."""
 
@@ -249,3 +258,42 @@ def setting(robot: Robot, frame: str | None, task: Task) -> Setting:
 @lru_cache(maxsize=64)
 def _with_tip(mechanism: Mechanism, frame: str) -> Mechanism:
     return mechanism.with_tip(frame)
+
+
+MERGING = float(np.sqrt(DESCRIBED))
+"""Singular values, relative to the largest, of solutions that rounding may merge: a double root costs the root."""
+
+
+def folding(setting: Setting, q: JointVector) -> NDArray[np.bool_]:
+    """(k,) whether rounding of the description may merge a solution with another, or take it away.
+
+    Args:
+        setting: of the arm.
+        q: (k, n) solutions.
+    """
+    values = np.linalg.svd(setting.scaled_jacobians(q), compute_uv=False)
+    least = values[:, min(int(setting.mask.sum()), setting.robot.n) - 1]
+    return np.asarray(least <= MERGING * np.maximum(values[:, 0], SMALLEST_DIVISOR), dtype=np.bool_)
+
+
+def nearly_there(setting: Setting, T: PoseMatrix, q0: JointVector) -> NDArray[np.bool_]:
+    """(k,) whether a row of the closed form falls short of a pose by no more than rounding explains.
+
+    Args:
+        setting: of the arm.
+        T: (k, 4, 4) poses.
+        q0: (n,) values that free and locked joints take.
+    """
+    form = setting.arm.form
+    if form is None:
+        return np.zeros(len(T), dtype=np.bool_)
+    details = CandidateTable.of(form.labelled(T, q0, turns_of(q0), *setting.bounds)[1])
+    missing = np.nan_to_num(details.subproblem_residual, nan=np.inf)
+    explained = (DESCRIBED + form.pattern.defect) * max(1.0, form.pattern.size)
+    return np.asarray(((missing > CLEAR) & (missing <= explained)).any(axis=-1), dtype=np.bool_)
+
+
+def structure_decides(setting: Setting) -> bool:
+    """Whether the count depends on whether the arm is of a simpler structure, which rounding leaves open."""
+    open_structure = setting.few or bool(setting.arm.locked) or setting.arm.form is None
+    return open_structure and structure_in_doubt(setting.robot, setting.task)

@@ -15,10 +15,9 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.ik.answers.branch import Branch
 from mafsil.ik.answers.candidate_table import CandidateTable
-from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.pose_question import PoseQuestion
-from mafsil.ik.answers.setting import Setting
+from mafsil.ik.answers.setting import Setting, folding, nearly_there, structure_decides
 from mafsil.ik.answers.solution_table import solution_table
 from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, SMALLEST, WHOLE_TURN

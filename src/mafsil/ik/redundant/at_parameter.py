@@ -12,10 +12,9 @@ from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.candidate_table import unlabelled
 from mafsil.ik.answers.question import LOOSE, Question
-from mafsil.ik.answers.search import Search
+from mafsil.ik.answers.search import Search, Start
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.answers.start import Start
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere

@@ -21,10 +21,9 @@ from mafsil.ik.general import GeneralSix
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
-from mafsil.ik.redundant.intervals import certified, range_of
+from mafsil.ik.redundant.intervals import certified, programs, range_of
 from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern, has_redundant_joints, parametric_form
 from mafsil.ik.redundant.parametric_solutions import ParametricSolutions
-from mafsil.ik.redundant.program import programs
 from mafsil.ik.refine import refined
 from mafsil.ik.structure.analysis import analysis
 from mafsil.ik.structure.closed_form import ClosedForm

@@ -9,8 +9,7 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.redundant.form import Redundancy, redundancy
-from mafsil.ik.redundant.intervals import BranchIntervals, certified, range_of
-from mafsil.ik.redundant.program import programs
+from mafsil.ik.redundant.intervals import BranchIntervals, certified, programs, range_of
 from mafsil.ik.tolerances import INSET
 
 LOOKED_AT = 64

@@ -13,8 +13,7 @@ from mafsil.kernels.export.c import text
 from mafsil.kernels.export.legend import Legend, symbol, wrapped
 from mafsil.kernels.export.objects.bundle import bundle, layout_text
 from mafsil.kernels.export.objects.machines import machine
-from mafsil.kernels.export.objects.object_file import object_file, rows_prototype
-from mafsil.kernels.export.objects.symbols import symbols
+from mafsil.kernels.export.objects.object_file import object_file, rows_prototype, symbols
 from mafsil.kernels.export.objects.wasm import loadable
 from mafsil.kernels.export.traced import tapes
 from mafsil.kernels.export.vectors import vectors

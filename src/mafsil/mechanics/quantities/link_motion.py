@@ -1,4 +1,7 @@
-"""Twists and accelerations of every link, in the frames of the description or at the centres of mass."""
+"""Twists and accelerations of every link, in the frames of the description or at the centres of mass.
+
+A base that is carried along a known motion: the starting values of the outward recursions.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,6 @@ import numpy as np
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats
-from mafsil.mechanics.base_motion import base_motion
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.composite_motion import spin_acceleration
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_accelerations, joint_values, placements
@@ -190,7 +192,6 @@ LINK_TWISTS = Quantity(
     second=SecondMethod("verification.screws", lambda book, s: book.twists(s.q, s.qd, s.base_twist)),
     regrouped=False,
 )
-
 LINK_ACCELERATIONS = Quantity(
     name="link_accelerations",
     symbol="dV_l/dt",
@@ -206,7 +207,6 @@ LINK_ACCELERATIONS = Quantity(
     second=SecondMethod("verification.complex_step", _accelerations_of),
     regrouped=False,
 )
-
 COM_TWISTS = Quantity(
     name="com_twists",
     symbol="V_i",
@@ -222,7 +222,6 @@ COM_TWISTS = Quantity(
     second=SecondMethod("verification.screws", lambda book, s: _at_com(book, book.twists(s.q, s.qd, s.base_twist))),
     regrouped=False,
 )
-
 COM_ACCELERATIONS = Quantity(
     name="com_accelerations",
     symbol="dV_i/dt",
@@ -238,3 +237,38 @@ COM_ACCELERATIONS = Quantity(
     second=SecondMethod("verification.complex_step", lambda book, s: _at_com(book, _accelerations_of(book, s))),
     regrouped=False,
 )
+
+
+@dataclass(frozen=True, slots=True)
+class BaseMotion:
+    """Motion of the base body's frame {0} at its origin, vectors (3,) in {0}; accelerations are those of the point.
+
+    Attributes:
+        omega, v: velocities.
+        alpha, a: accelerations, without gravity.
+    """
+
+    omega: Expression
+    v: Expression
+    alpha: Expression
+    a: Expression
+
+
+def base_motion(tree: BodyTree, V: Expression | None = None, dV: Expression | None = None) -> BaseMotion:
+    """Motion of {0} from that of the space frame {s}, to which the base is fixed and which moves with it.
+
+    A twist's derivative is no point's acceleration: the point at the origin accelerates by dv + omega x v.
+
+    Args:
+        tree: the bodies.
+        V, dV: (6,) twist (omega, v) of {s} against an inertial frame, in {s}, and its time derivative; None for rest.
+
+    Reference: Lynch & Park, Modern Robotics, sec. 8.3; Featherstone, Rigid Body Dynamics Algorithms, sec. 2.10.
+    """
+    twist: Expression = ex.zeros(6, 1) if V is None else V
+    rate: Expression = ex.zeros(6, 1) if dV is None else dV
+    omega, alpha, p, R = twist[:3], rate[:3], constant(tree.p_s0), constant(tree.R_s0)
+    lever = ex.cross(omega, p)
+    v = twist[3:] + lever
+    a = rate[3:] + ex.cross(omega, twist[3:]) + ex.cross(alpha, p) + ex.cross(omega, lever)
+    return BaseMotion(R.T @ omega, R.T @ v, R.T @ alpha, R.T @ a)

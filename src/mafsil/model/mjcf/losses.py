@@ -12,7 +12,7 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.losses import Loss, Weight, curve_loss, friction_loss, joints_that, names_of, tip_loss
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mjcf.body import WORLD
-from mafsil.model.mjcf.matter import idle_joints, weighs
+from mafsil.model.mjcf.inertial import idle_joints, weighs
 from mafsil.model.reading import is_writable
 from mafsil.model.shape import Mesh
 from mafsil.model.tip import is_named_as_tip

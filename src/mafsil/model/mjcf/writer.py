@@ -15,8 +15,8 @@ from mafsil.model.link import Link
 from mafsil.model.loading import of_any_mechanism
 from mafsil.model.losses import Document, delivered, settled, with_tip_link, xml_comment
 from mafsil.model.mechanism import Mechanism
+from mafsil.model.mjcf.inertial import BOUNDS, inertial_element, numbers, orientation
 from mafsil.model.mjcf.losses import CHOICES, light_links, losses_of, sites_of, stands_in_world
-from mafsil.model.mjcf.matter import BOUNDS, inertial_element, numbers, orientation
 from mafsil.model.numbers import written
 from mafsil.model.possible_inertia import possible_inertias
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere

@@ -18,8 +18,7 @@ from mafsil.model.mimics import Declared
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import Frames
 from mafsil.model.sdf.joint import Chain, direction
-from mafsil.model.sdf.scope import Part
-from mafsil.model.sdf.values import number
+from mafsil.model.sdf.scope import Part, number
 
 GEARBOX = "gearbox"
 PARALLEL = 1e-6

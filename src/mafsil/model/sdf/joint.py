@@ -24,8 +24,7 @@ from mafsil.model.mimics import Declared
 from mafsil.model.placement import inverse
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import Frames
-from mafsil.model.sdf.scope import Part, Parts
-from mafsil.model.sdf.values import flag, number, numbers
+from mafsil.model.sdf.scope import Part, Parts, flag, number, numbers
 from mafsil.model.tolerances import WRITTEN
 from mafsil.model.xml_tree import Element
 

@@ -17,8 +17,7 @@ from mafsil.model.mass_properties import united
 from mafsil.model.placement import turned_tensor
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import OWN_NAME, Frames
-from mafsil.model.sdf.scope import Part
-from mafsil.model.sdf.values import number, numbers, pose
+from mafsil.model.sdf.scope import Part, number, numbers, pose
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.urdf.shape import looking_at_a_shape
 from mafsil.model.xml_tree import Element

@@ -34,8 +34,7 @@ from mafsil.model.sdf.inclusion import Inclusion
 from mafsil.model.sdf.joint import Chain, fixed, inverted, is_identity, read_joint
 from mafsil.model.sdf.link import read_link
 from mafsil.model.sdf.named_frames import IS_BASE, IS_TIP, read_frame, tip_frame
-from mafsil.model.sdf.scope import Part, Parts, gathered
-from mafsil.model.sdf.values import flag, numbers
+from mafsil.model.sdf.scope import Part, Parts, flag, gathered, numbers
 from mafsil.model.sdf.vocabulary import SDF as VOCABULARY
 from mafsil.model.sdf.vocabulary import version_of
 from mafsil.model.tolerances import WRITTEN

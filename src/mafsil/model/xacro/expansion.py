@@ -23,10 +23,9 @@ from mafsil.model.faults import (
 )
 from mafsil.model.nearest_word import nearest_words
 from mafsil.model.reading import Reading
-from mafsil.model.xacro.fault import Budget, Reported, XacroFault
+from mafsil.model.xacro.fault import Budget, Reported, XacroFault, parameters_of
 from mafsil.model.xacro.files import Files
 from mafsil.model.xacro.methods import global_names
-from mafsil.model.xacro.parameters import parameters_of
 from mafsil.model.xacro.scope import Macro, Scope
 from mafsil.model.xacro.substitution import Substitution
 from mafsil.model.xacro.values import truth

@@ -1,4 +1,3 @@
-from mafsil.one_joint.drives.backlash import Backlash as Backlash
 from mafsil.one_joint.drives.drive_parts import ACTUATORS as ACTUATORS
 from mafsil.one_joint.drives.drive_parts import TRANSMISSIONS as TRANSMISSIONS
 from mafsil.one_joint.drives.drive_parts import ActuatorKind as ActuatorKind
@@ -18,6 +17,7 @@ from mafsil.one_joint.drives.dry_friction import dithered_friction as dithered_f
 from mafsil.one_joint.drives.dry_friction import stick_slip as stick_slip
 from mafsil.one_joint.drives.elastic_joint import Bandwidth as Bandwidth
 from mafsil.one_joint.drives.elastic_joint import ElasticJoint as ElasticJoint
+from mafsil.one_joint.drives.gear import Backlash as Backlash
 from mafsil.one_joint.drives.gear import Gear as Gear
 from mafsil.one_joint.drives.gear import matching_ratio as matching_ratio
 from mafsil.one_joint.drives.gear import staged_efficiency as staged_efficiency

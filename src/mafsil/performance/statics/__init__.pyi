@@ -1,14 +1,14 @@
-from mafsil.performance.statics.free_body import FreeBodyDiagram as FreeBodyDiagram
-from mafsil.performance.statics.free_body import free_body_diagram as free_body_diagram
 from mafsil.performance.statics.payload import LoadCapacity as LoadCapacity
 from mafsil.performance.statics.payload import Polytope as Polytope
 from mafsil.performance.statics.payload import force_polytope as force_polytope
 from mafsil.performance.statics.payload import largest_force as largest_force
 from mafsil.performance.statics.payload import largest_payload as largest_payload
 from mafsil.performance.statics.payload import velocity_polytope as velocity_polytope
+from mafsil.performance.statics.reactions import FreeBodyDiagram as FreeBodyDiagram
 from mafsil.performance.statics.reactions import JointReactions as JointReactions
 from mafsil.performance.statics.reactions import LinkLoad as LinkLoad
 from mafsil.performance.statics.reactions import VirtualWork as VirtualWork
+from mafsil.performance.statics.reactions import free_body_diagram as free_body_diagram
 from mafsil.performance.statics.reactions import generalized_force as generalized_force
 from mafsil.performance.statics.reactions import holding_torque as holding_torque
 from mafsil.performance.statics.reactions import joint_reactions as joint_reactions

@@ -5,4 +5,4 @@ from mafsil.simulation.motion.free_body import free_body_motion as free_body_mot
 from mafsil.simulation.motion.inverse import InverseMotion as InverseMotion
 from mafsil.simulation.motion.inverse import differentiate as differentiate
 from mafsil.simulation.motion.inverse import inverse_dynamics_trajectory as inverse_dynamics_trajectory
-from mafsil.simulation.motion.signal import Sampled as Sampled
+from mafsil.simulation.motion.system import Sampled as Sampled

@@ -17,10 +17,8 @@ from mafsil.kernels.lazy import lazy
 from mafsil.messages.tables import in_notebook
 from mafsil.model import JointKind
 from mafsil.robot import Robot, of_robot
-from mafsil.simulation.motion.fixed_step import Clock, fixed_step_solution
-from mafsil.simulation.motion.signal import Source, breaks_of, signal
-from mafsil.simulation.motion.system import DrivenRobot, common_shape
-from mafsil.simulation.motion.variational import COMPOSITIONS
+from mafsil.simulation.motion.fixed_step import COMPOSITIONS, Clock, fixed_step_solution
+from mafsil.simulation.motion.system import DrivenRobot, Source, breaks_of, common_shape, signal
 from mafsil.simulation.overview import joint_table
 from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.solvers import METHODS

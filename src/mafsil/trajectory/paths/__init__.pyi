@@ -5,8 +5,8 @@ from mafsil.trajectory.paths.build import joined_path as joined_path
 from mafsil.trajectory.paths.build import line_path as line_path
 from mafsil.trajectory.paths.build import screw_path as screw_path
 from mafsil.trajectory.paths.build import spline_path as spline_path
-from mafsil.trajectory.paths.cartesian_line import cartesian_line as cartesian_line
 from mafsil.trajectory.paths.cartesian_path import CartesianPath as CartesianPath
+from mafsil.trajectory.paths.cartesian_path import cartesian_line as cartesian_line
 from mafsil.trajectory.paths.joined import CornerBlend as CornerBlend
 from mafsil.trajectory.paths.joined import JoinedPath as JoinedPath
 from mafsil.trajectory.paths.path_points import PathPoint as PathPoint

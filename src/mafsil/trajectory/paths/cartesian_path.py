@@ -1,4 +1,7 @@
-"""Paths of a frame in space: the straight line, turning about one axis, and the screw motion."""
+"""Paths of a frame in space: the straight line, turning about one axis, and the screw motion.
+
+Straight moves of the tip as joint trajectories: planned, checked against the rates, stretched if asked.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, crossed, require_finite
+from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, crossed, positive, require_finite
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
+from mafsil.robot import Robot, of_robot
+from mafsil.robot.degrees import remark_on_degrees
+from mafsil.solvers import Outcome
+from mafsil.trajectory.checks.limit_check import check
+from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.paths.path_task import STRICTER, PathTask
+from mafsil.trajectory.profiles.laws import LawName, rest_law
+from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.timing.path_following import follow
+from mafsil.trajectory.tolerances import GIVEN
 
 Interpolation = Literal["straight", "screw"]
 
@@ -99,3 +112,95 @@ class CartesianPath:
     @cached_property
     def _screw(self) -> Floats:
         return pose.error(self.T_start, self.T_goal)
+
+
+@of_robot
+def cartesian_line(
+    robot: Robot,
+    q_start: ArrayLike,
+    T_goal: ArrayLike,
+    *,
+    duration: float | None = None,
+    law: LawName = "quintic",
+    interpolation: Interpolation = "straight",
+    stretch: bool = False,
+    frame: str | None = None,
+    task: PathTask = "pose",
+    tolerance: float = 1e-6,
+) -> Outcome[PathMotion | None]:
+    """Move the tip from where it is to `T_goal`, from rest to rest, on the branch of `q_start`.
+
+    Args:
+        robot: whose tip or `frame` moves; its limits hold.
+        q_start: (n,) [rad | m].
+        T_goal: (4, 4) in {s}.
+        duration: [s]; the shortest that the joints' velocities, accelerations and jerks allow if None.
+        law: time law along the path, a name of `mafsil.trajectory.profiles.LAWS`.
+        interpolation: `straight` (line, turning about one axis) or `screw`.
+        stretch: take more time than `duration` if the limits need it.
+        frame: name of a link; the tip if None.
+        task: what of the path the frame keeps to: `pose`; `axis`, the position and the direction of z; `position`. The
+            shortest of the motions that keep to it, with the rest left to the arm or kept to as well.
+        tolerance: largest deviation from the path [m, rad].
+
+    Returns:
+        The motion. Failing that the status and its details say why and where: NOT_FOUND, ORIENTATION_NOT_FOUND,
+        SINGULAR, JOINT_LIMIT or DEVIATES without a motion, RATE_LIMIT with the motion that breaks the limits.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, an unknown law, no duration and no finite limit.
+    """
+    tolerance = positive("tolerance", tolerance)
+    q = require_finite("q_start", as_batch("q_start", q_start, (robot.n,)))
+    remark_on_degrees(robot, "q_start", q_start)
+    goal: PoseMatrix = require_finite("T_goal", as_batch("T_goal", T_goal, (4, 4)))
+    if q.ndim != 1 or goal.ndim != 2:
+        name, got = ("q_start", q.shape) if q.ndim != 1 else ("T_goal", goal.shape)
+        raise InputError("input.shape", name=name, expected="one start and one goal", got=got, hint="")
+    unit = rest_law(law).unit()
+    start = robot.forward_kinematics(q) if frame is None else robot.forward_kinematics(q, frame=frame)
+    path = CartesianPath(start, goal, interpolation)
+    found: list[Outcome[PathMotion | None]] = []
+    for each in (task, *STRICTER.get(task, ())):
+        joints = follow(robot, path, q, frame=frame, tolerance=tolerance, task=each)
+        if joints.value is not None and joints.succeeded:
+            found.append(timed(robot, PathMotion(joints.value, unit), duration, stretch, joints.residual))
+        elif not found:
+            return Outcome(None, joints.status, joints.residual, joints.iterations, details=joints.details)
+        if duration is not None and found[-1].status is PlanStatus.PLANNED:
+            return found[-1]
+    # A motion that keeps to more keeps to less: the shortest of all.
+    return min(found, key=_shortest)
+
+
+def _shortest(motion: Outcome[PathMotion | None]) -> float:
+    return float(str(motion.details.get("shortest", motion.details["duration"])))
+
+
+def timed(
+    robot: Robot, unit: PathMotion, duration: float | None, stretch: bool, residual: float
+) -> Outcome[PathMotion | None]:
+    """Give a motion of one second its duration.
+
+    Args:
+        robot: whose limits hold.
+        unit: the motion, one second long.
+        duration: requested [s], or None for the shortest.
+        stretch: take more time if the limits need it.
+        residual: handed on: the deviation from the path.
+    """
+    shortest = unit.stretch_needed(robot.limits)
+    if duration is None:
+        if shortest == 0.0:
+            raise InputError("trajectory.no_duration")
+        return Outcome(unit.stretched(shortest), PlanStatus.PLANNED, residual, details={"duration": shortest})
+    requested = positive("duration", duration)
+    motion = unit.stretched(requested)
+    if requested >= shortest * (1.0 - GIVEN):
+        return Outcome(motion, PlanStatus.PLANNED, residual, details={"duration": requested})
+    worst = check(motion, robot.limits, robot.joint_names).violations[0]
+    details = {"joint": worst.joint, "quantity": worst.quantity_name(), "requested": requested, "duration": shortest}
+    if stretch:
+        return Outcome(unit.stretched(shortest), PlanStatus.STRETCHED, residual, details=details)
+    details |= {"time": worst.time, "value": worst.value, "limit": worst.limit, "shortest": shortest}
+    return Outcome(motion, PlanStatus.RATE_LIMIT, residual, details=details)

@@ -8,10 +8,10 @@ from mafsil.trajectory.profiles.laws import profiles as profiles
 from mafsil.trajectory.profiles.laws import straight_lines as straight_lines
 from mafsil.trajectory.profiles.laws import time_law as time_law
 from mafsil.trajectory.profiles.polynomial import cubic as cubic
+from mafsil.trajectory.profiles.polynomial import polynomial as polynomial
 from mafsil.trajectory.profiles.polynomial import quintic as quintic
 from mafsil.trajectory.profiles.polynomial import rest as rest
-from mafsil.trajectory.profiles.polynomial_conditions import polynomial as polynomial
-from mafsil.trajectory.profiles.polynomial_conditions import septic as septic
+from mafsil.trajectory.profiles.polynomial import septic as septic
 from mafsil.trajectory.profiles.profile_comparison import ProfileComparison as ProfileComparison
 from mafsil.trajectory.profiles.profile_comparison import ProfileRun as ProfileRun
 from mafsil.trajectory.profiles.profile_comparison import compare_profiles as compare_profiles
