@@ -65,7 +65,7 @@ def _make(
     def compiled() -> specialisation.Kept:
         text = entry_code.Entry(kinds, result, fails, shares).module()
         with _llvm:
-            return [name], target.compile(text, target.host(), 1)
+            return [name], target.compile(text, target.host(), 0)  # its many lines run once a call
 
     _, code = specialisation.obtained(key, name, compiled)
     places = specialisation.load(code, (entry.ENTRY, entry.LINKS), {})
