@@ -334,7 +334,7 @@ def test_lanes_are_compiled_once_rows_one_after_another_took_as_long(folder, mon
     wide[:] = rows
     forms = [rows, rows[::-2], rows[0, :1], rows.swapaxes(0, 1), np.broadcast_to(rows[0, 0], (7, 4)), wide, rows[:0]]
     k = scaled_kernel(9.0)
-    monkeypatch.setattr(cost, "SINGLY", 200 * k.image.operations)
+    monkeypatch.setattr(cost, "SINGLY", 200)
     single = [k(form) for form in forms]
     assert k.image.parts.keys() == {call.CALL, SINGLE}
     out = np.empty((3, 5, 4))
@@ -349,7 +349,7 @@ def test_lanes_are_compiled_once_rows_one_after_another_took_as_long(folder, mon
 
 def test_many_small_batches_get_lanes_and_so_does_whoever_finds_them_in_the_store(folder, monkeypatch):
     k = scaled_kernel(7.0)
-    monkeypatch.setattr(cost, "SINGLY", 10 * k.image.operations)
+    monkeypatch.setattr(cost, "SINGLY", 10)
     for _ in range(4):
         assert BATCH not in k.image.parts
         k(np.stack([X] * 3))

@@ -32,10 +32,9 @@ class Loops:
         point: makes the one for contiguous arrays of one point.
         past: makes the one that writes its results past the caches (`streaming`); None does without.
         has_lanes: whether the code of `batch` need not be compiled any more.
-        operations: of one row.
     """
 
-    __slots__ = ("_done", "_has_lanes", "_made", "_makers", "_operations")
+    __slots__ = ("_done", "_has_lanes", "_made", "_makers")
 
     def __init__(
         self,
@@ -43,10 +42,9 @@ class Loops:
         point: Callable[[], Callable[..., Any]],
         past: Callable[[], Callable[..., Any]] | None = None,
         has_lanes: Callable[[], bool] = lambda: True,
-        operations: int = 1,
     ) -> None:
         self._makers = batch, point, past or batch
-        self._has_lanes, self._operations, self._done = has_lanes, operations, 0
+        self._has_lanes, self._done = has_lanes, 0
         self._made: list[Callable[..., Any] | None] = [None] * len(self._makers)
 
     def batch(self, past: bool = False) -> Callable[..., Any]:
@@ -63,7 +61,7 @@ class Loops:
         Args:
             rows: of a batch; counted together with those of earlier ones.
         """
-        done = self._done + rows * self._operations
+        done = self._done + rows
         if done >= cost.SINGLY or self._has_lanes():
             return False
         self._done = done

@@ -13,9 +13,9 @@ HANDED_OVER_NS = 250_000
 """Work that pays for being handed to another thread [ns]: waking one takes some 75 us, and on a busy machine it comes
 later still, while the caller waits."""
 
-SINGLY = 2_000_000
-"""Operations of the rows that a kernel evaluates one after another before its code for lanes is compiled: about 2 ms,
-where compiling takes twenty times as long."""
+SINGLY = 4000
+"""Rows that a kernel evaluates one after another before its code for lanes is compiled: an operation of one row takes
+1 ns, its compilation 60 us."""
 
 
 def row_ns(operations: int, lanes: int, signature: Signature) -> float:
