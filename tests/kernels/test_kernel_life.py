@@ -340,6 +340,8 @@ def test_lanes_are_compiled_once_rows_one_after_another_took_as_long(folder, mon
     out = np.empty((3, 5, 4))
     assert k(rows.swapaxes(0, 1), out=out) is out
     assert k.image.parts.keys() == {call.CALL, SINGLE}
+    with pytest.raises(InputError):
+        k(rows, threads=0)
     k(rows, out=np.empty((5, 3, 8))[..., ::2])
     assert BATCH in k.image.parts
     assert np.isfinite(single[0]).all()

@@ -147,7 +147,7 @@ class Evaluator:
                     require_finite(port.name, array)
         results = None if out is None else self._given(out, batch)
         try:
-            if self._is_for_few(batch, results):
+            if threads is None and self._is_for_few(batch, results):
                 loop = self._loops.point(arrays := [np.asarray(array, order="C") for array in arrays])
                 return loop(*arrays) if results is None else loop(*arrays, out=results)
             past, count = False, self._threads(batch, threads)
