@@ -31,6 +31,9 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 SHAPED = ("mafsil.geometry", "mafsil.robot", "mafsil.trajectory")
 """Packages whose annotated shapes `--check-shapes` checks."""
 
+LANES = ("kernels", "laws", "oracles", "reliability", "robot", "seams")
+"""Folders of tests that hold the code of batches against other code; with `--full` all do."""
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--check-shapes", action="store_true", help="check annotated shapes at every call of the package")
@@ -54,6 +57,15 @@ def pytest_collection_finish() -> None:
     gc.enable()
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture(autouse=True)
+def _lanes_of_few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where batches are held against single calls, their code is compiled for the first row already."""
+    from tests import sizes
+
+    if sizes.full or request.path.parent.name in LANES:
+        monkeypatch.setattr("mafsil.kernels.cost.SINGLY", 0)
 
 
 @pytest.fixture(autouse=True)

@@ -116,11 +116,13 @@ def test_ctrl_c_is_one_line(tmp_path: Path) -> None:
         assert child.stderr.readline().strip()  # the first stage
         child.send_signal(signal.SIGINT)
         rest = child.stderr.read()
-        if child.wait(20) not in (0, -signal.SIGINT):
+        child.wait(20)
+        if "stopped" in rest:
             break
         # Python hands interrupts back to the system at the very end of its exit.
         assert (out / "results.json").exists(), "a run that ends well leaves its results"
-    assert child.returncode == 130
+    # Python remembers an interrupt that came while it ran the text of a class, and ends by it: to a shell both are 130.
+    assert child.returncode in (130, -signal.SIGINT)
     assert rest.splitlines()[-1] == "mafsil: stopped by the user"
     assert "Traceback" not in rest
     assert not out.exists()

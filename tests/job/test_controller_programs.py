@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from mafsil.job.controller_program import LANGUAGES, instructions, language_of, 
 from mafsil.job.reading import parse
 from mafsil.job.solve import prepare
 from mafsil.model import library
+from tests.sizes import few
 
 ARMS = tuple(name for name in library.robots() if not library.load(name).loops)
 HEAD = """
@@ -51,6 +53,7 @@ joints = START
 """
 
 
+@cache
 def planned(robot, moves=MOVES):
     arm = mf.load(robot)
     low, high = np.maximum(arm.limits.lower, -1.5), np.minimum(arm.limits.upper, 1.5)
@@ -83,7 +86,7 @@ def again(text, steps, robot):
 
 
 @pytest.mark.parametrize("name", LANGUAGES)
-@pytest.mark.parametrize("robot", ARMS)
+@pytest.mark.parametrize("robot", few(ARMS, 10))
 def test_a_program_read_back_is_the_plan_and_moves_along_the_same_path(robot, name):
     language = LANGUAGES[name]
     text, job, arm, plan = planned(robot)

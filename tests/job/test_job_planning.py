@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 
 import msgspec
@@ -36,6 +37,7 @@ pose = { position = [0.36796872, -0.3, 0.139410612], quaternion = [-1.09494382e-
 VIA = "joints = [0.3, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]\nvia = [[0.1, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]]\n"
 
 
+@cache  # several tests look at the plan of one text
 def planned(text: str, folder: Path = HERE) -> tuple[Robot, Plan]:
     answer = prepare(parse(text, "x.toml"), text, folder, source="x.toml")
     assert not isinstance(answer, Refusal), answer.explain()
@@ -372,6 +374,7 @@ def test_a_dry_run_plans_and_writes_nothing(tmp_path: Path, capsys: pytest.Captu
     assert data["cycle"] == pytest.approx(motion.legs[0].trajectory.duration)
     assert data["moves"][0]["name"] == "down"
     assert [one["code"] for one in data["findings"]] == [remark.key for remark in motion.remarks]
+    path.write_text(f"{PANDA}[[move]]\n{VIA}", encoding="utf-8")
     assert main(["run", str(path), "--dry-run"]) == 0
     assert "planned, not simulated" in capsys.readouterr().out
     path.write_text(PANDA + "[[move]]\npose = { position = [4, 1, 3] }\n", encoding="utf-8")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from mafsil.errors import FileError, InputError
 from mafsil.job.log_comparison import compare_with_log, positions
 from mafsil.job.reading import parse
 from mafsil.job.solve import prepare
+from tests.sizes import few
 
 ROBOTS = ("ur5e", "ur10e", "puma560", "panda", "iiwa7", "stanford_arm")
 CAUSES = {"none": set(), "payload": {"job.log_payload"}, "friction": {"job.log_friction"}, "sign": {"job.log_sign"}}
@@ -26,6 +28,7 @@ def job_of(robot):
     return f'robot = "{robot}"\n[collision]\nself_collision = false\n[start]\njoints = {places[0].tolist()}\n{moves}'
 
 
+@cache
 def planned(robot):
     text = job_of(robot)
     return parse(text), *prepare(parse(text), text, Path())
@@ -51,7 +54,7 @@ def log(path, robot, plan, kind, rng, *, begin=0.5, offset=0.0, degrees=False, o
     return factors
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", few(ROBOTS, 3))
 def test_offset_units_signs_and_causes_are_found(robot, tmp_path):
     job, arm, plan = planned(robot)
     rng, right, named = np.random.default_rng(7), 0, 0

@@ -31,6 +31,7 @@ from mafsil.kernels import (
     call,
     compile,
     compiler,
+    cost,
     elf,
     fingerprint,
     identity,
@@ -324,6 +325,42 @@ def test_each_part_is_compiled_when_it_is_needed(folder):
     assert (k(rows[:3]) == k(rows)[:3]).all()
     assert k.image.parts.keys() == set(image.FROM_PYTHON)
     assert builds == [7.0]
+
+
+def test_lanes_are_compiled_once_rows_one_after_another_took_as_long(folder, monkeypatch):
+    """Whatever a few rows look like, they come from the single entry with the bits of lanes."""
+    rows = np.random.default_rng(0).normal(size=(5, 3, 4)) * 1e3
+    wide = np.zeros((5, 3, 8))[..., ::2]
+    wide[:] = rows
+    forms = [rows, rows[::-2], rows[0, :1], rows.swapaxes(0, 1), np.broadcast_to(rows[0, 0], (7, 4)), wide, rows[:0]]
+    k = scaled_kernel(9.0)
+    monkeypatch.setattr(cost, "SINGLY", 200)
+    single = [k(form) for form in forms]
+    assert k.image.parts.keys() == {call.CALL, SINGLE}
+    out = np.empty((3, 5, 4))
+    assert k(rows.swapaxes(0, 1), out=out) is out
+    assert k.image.parts.keys() == {call.CALL, SINGLE}
+    with pytest.raises(InputError):
+        k(rows, threads=0)
+    k(rows, out=np.empty((5, 3, 8))[..., ::2])
+    assert BATCH in k.image.parts
+    assert np.isfinite(single[0]).all()
+    assert [x.tobytes() for x in single] == [k(form).tobytes() for form in forms]
+    assert out.tobytes() == single[3].tobytes()
+
+
+def test_many_small_batches_get_lanes_and_so_does_whoever_finds_them_in_the_store(folder, monkeypatch):
+    k = scaled_kernel(7.0)
+    monkeypatch.setattr(cost, "SINGLY", 10)
+    for _ in range(4):
+        assert BATCH not in k.image.parts
+        k(np.stack([X] * 3))
+    assert BATCH in k.image.parts
+    again()
+    k = scaled_kernel(7.0)
+    k(np.stack([X] * 3))
+    assert k.image.parts.keys() == {call.CALL, BATCH}
+    assert k.provenance.cached
 
 
 def test_rows_in_lanes_give_the_bits_of_a_batch(folder):

@@ -31,17 +31,20 @@ class Loops:
         batch: makes the generalised ufunc of the kernel.
         point: makes the one for contiguous arrays of one point.
         past: makes the one that writes its results past the caches (`streaming`); None does without.
+        has_lanes: whether the code of `batch` need not be compiled any more.
     """
 
-    __slots__ = ("_made", "_makers")
+    __slots__ = ("_done", "_has_lanes", "_made", "_makers")
 
     def __init__(
         self,
         batch: Callable[[], Callable[..., Any]],
         point: Callable[[], Callable[..., Any]],
         past: Callable[[], Callable[..., Any]] | None = None,
+        has_lanes: Callable[[], bool] = lambda: True,
     ) -> None:
         self._makers = batch, point, past or batch
+        self._has_lanes, self._done = has_lanes, 0
         self._made: list[Callable[..., Any] | None] = [None] * len(self._makers)
 
     def batch(self, past: bool = False) -> Callable[..., Any]:
@@ -51,6 +54,18 @@ class Loops:
     def point(self, arrays: Sequence[Floats]) -> Callable[..., Any]:
         """For arguments and results of one point: by the single entry where their numbers lie side by side."""
         return self._ufunc(1 if all(array.flags.c_contiguous for array in arrays) else 0)
+
+    def is_for_few(self, rows: int) -> bool:
+        """Whether these rows are sooner evaluated one after another than the code for lanes is compiled.
+
+        Args:
+            rows: of a batch; counted together with those of earlier ones.
+        """
+        done = self._done + rows
+        if done >= cost.SINGLY or self._has_lanes():
+            return False
+        self._done = done
+        return True
 
     def _ufunc(self, which: int) -> Callable[..., Any]:
         made = self._made[which]
@@ -131,9 +146,11 @@ class Evaluator:
                 if not _finite(array):
                     require_finite(port.name, array)
         results = None if out is None else self._given(out, batch)
-        count = self._threads(batch, threads)
         try:
-            past = False
+            if threads is None and self._is_for_few(batch, results):
+                loop = self._loops.point(arrays := [np.asarray(array, order="C") for array in arrays])
+                return loop(*arrays) if results is None else loop(*arrays, out=results)
+            past, count = False, self._threads(batch, threads)
             if prod(batch) * self._row >= result_memory.SMALLEST:
                 results, past = self._large(batch, results)
             if (count > 1 or self._pieces(batch) > 1) and not _overlapping(arrays, results or ()):
@@ -238,6 +255,12 @@ class Evaluator:
         if prod(batch) < _SMALL or self._parts(batch) < 2:
             return 1
         return min(count or pool.available(), self._parts(batch))
+
+    def _is_for_few(self, batch: tuple[int, ...], results: tuple[Floats, ...] | None) -> bool:
+        """Whether the rows of a batch go one after another: while lanes are not compiled, to results side by side."""
+        rows = prod(batch)
+        small = batch and rows * self._row < result_memory.SMALLEST
+        return bool(small) and all(x.flags.c_contiguous for x in results or ()) and self._loops.is_for_few(rows)
 
     def _parts(self, batch: tuple[int, ...]) -> int:
         """The most parts that a batch is worth."""

@@ -132,21 +132,23 @@ def _no_collection() -> Generator[None, None, None]:
             gc.enable()
 
 
-def _put(order: Order, whole: Image, name: str) -> None:
-    """Make a part and put it in its place, unless another thread has done so meanwhile.
+def _put(order: Order, whole: Image, name: str, compiles: bool) -> None:
+    """Make a part, or only look for it in the store, and put it in its place, unless another thread has done so.
 
     Raises:
         KernelError: LLVM refuses the code, or it contradicts the other part.
     """
     with _lock_of(order.key):
         if name not in whole.parts:
-            whole.add(name, _make(order, whole, name))
+            made = _make(order, whole, name, compiles)
+            if made is not None:
+                whole.add(name, made)
 
 
-def _make(order: Order, whole: Image, name: str) -> Part:
+def _make(order: Order, whole: Image, name: str, compiles: bool) -> Part | None:
     key = order.object_key(name, whole.hash)
     found = _from_store(order, whole, name, key)
-    if found is None:
+    if found is None and compiles:
         with order.store.compiling(key) as waited:
             found = _from_store(order, whole, name, key) if waited else None
             if found is None:

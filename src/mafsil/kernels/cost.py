@@ -13,6 +13,10 @@ HANDED_OVER_NS = 250_000
 """Work that pays for being handed to another thread [ns]: waking one takes some 75 us, and on a busy machine it comes
 later still, while the caller waits."""
 
+SINGLY = 4000
+"""Rows that a kernel evaluates one after another before its code for lanes is compiled: an operation of one row takes
+1 ns, its compilation 60 us."""
+
 
 def row_ns(operations: int, lanes: int, signature: Signature) -> float:
     """Nanoseconds of one row of a batch on one core of a quick machine; slower ones take up to twice as long.

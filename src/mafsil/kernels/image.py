@@ -62,14 +62,15 @@ class Image:
     """All code of a kernel: each part is made when it is first asked for, and told where the others are.
 
     Args:
-        make: called as `make(image, part)`: puts the part in place with `add`, once however many threads ask.
+        make: called as `make(image, part, compiles)`: puts the part in place with `add`, once however many threads ask;
+            unless it compiles, only if the store has it.
         entry: what the cache keeps of the expression.
         origin: what stays the same in the provenance.
         signature: ports.
     """
 
     def __init__(
-        self, make: Callable[[Image, str], None], entry: TapeEntry, origin: KernelRecord, signature: Signature
+        self, make: Callable[[Image, str, bool], None], entry: TapeEntry, origin: KernelRecord, signature: Signature
     ) -> None:
         self._make = make
         self._signature = signature
@@ -78,6 +79,7 @@ class Image:
         self.hash = entry.hash
         self.operations = sum(entry.operations.values())
         self.parts: dict[str, Part] = {}
+        self._missing: set[str] = set()
 
     def part(self, name: str) -> Part:
         """A part of the code; compiled, or loaded from the cache, at its first use.
@@ -86,8 +88,19 @@ class Image:
             name: BATCH, SINGLE, LANES or CALL.
         """
         if name not in self.parts:
-            self._make(self, name)
+            self._make(self, name, True)
         return self.parts[name]
+
+    def at_hand(self, name: str) -> bool:
+        """Whether a part is in memory, or was in the store when this was first asked.
+
+        Args:
+            name: as for `part`.
+        """
+        if name not in self.parts and name not in self._missing:
+            self._make(self, name, False)
+            self._missing.add(name)
+        return name in self.parts
 
     def add(self, name: str, part: Part) -> None:
         """Put a part in its place and connect it with the others: each connection is one pointer, written at once."""

@@ -108,7 +108,8 @@ class Kernel:
     def evaluate(self) -> batch.Evaluator:
         """The careful way: arguments checked and named, batches split over threads."""
         image = self.image
-        run = batch.Loops(lambda: self.ufunc, lambda: self.point_ufunc, lambda: self.streamed)
+        ufuncs = (lambda: self.ufunc, lambda: self.point_ufunc, lambda: self.streamed)
+        run = batch.Loops(*ufuncs, lambda: image.at_hand(BATCH))
         return batch.Evaluator(self.signature, run, image.row_ns, self.on_device, self.traced)
 
     def on_device(self, *args: Any, out: Any = None) -> Any:

@@ -4,7 +4,8 @@
 2. The results are new, or `out`, under which no argument may lie.
 3. Up to FEW_ROWS contiguous rows are evaluated one after another, more in the lanes of the batch entry: a tile costs
    the same however few of its rows are wanted. Both give the same bits. While the batch entry is not in memory, the
-   call goes on to Python, which brings it; while the single entry is not, a few rows go to the batch entry.
+   call goes on to Python, which brings it once it pays (`cost.SINGLY`); while the single entry is not, a few rows go to
+   the batch entry.
 4. Beyond ALONE_ROWS other threads may have the interpreter meanwhile.
 """
 

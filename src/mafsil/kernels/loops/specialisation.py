@@ -351,7 +351,7 @@ def _make(
     def compiled() -> Kept:
         text = entry_code.Entry(kinds, result, fails, shares).module()
         with _llvm:
-            return [name], target.compile(text, target.host(), 1)
+            return [name], target.compile(text, target.host(), 0)  # its many lines run once a call
 
     _, code = obtained(key, name, compiled)
     places = load(code, (entry.ENTRY, entry.LINKS), {})
