@@ -111,7 +111,9 @@ FIRST_HOUR = {
     "mass: expected real numbers, got str '2kg'": lambda: UR5E.with_payload("2kg"),
     "make one by JointPath.through": lambda: trajectory.time_optimal([[0, 0], [1, 1]], LIMITS),
     "argument vel is unknown or given twice; did you mean: velocity?": lambda: MotionLimits.of(2, vel=1),
-    "language '/nowhere' is not known; choose one of: en, ar": lambda: mf.solve_ik(UR5E, T).explain(language="/nowhere"),
+    "language '/nowhere' is not known; choose one of: en, ar": lambda: mf.solve_ik(UR5E, T).explain(
+        language="/nowhere"
+    ),
     "source: expected": lambda: mf.model.urdf.read(3.5),
     "path: expected": lambda: mf.job.read(None),
     "did you mean: iiwa7": lambda: mf.load("kuka"),
