@@ -12,7 +12,7 @@ import numpy as np
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, not_negative, require_kind, whole
 from mafsil.model.limits import MEASURED
-from mafsil.trajectory.checks.limit_check import Violation, jumps_over, worst_of_each
+from mafsil.trajectory.checks.limit_check import Violation, jumps_over, not_checked, worst_of_each
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.splines.bspline import BSpline
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
@@ -31,12 +31,14 @@ class LimitProof(Answer):
         in_doubt: pieces whose hulls still reach beyond a limit after all halvings, while no value does.
         halvings: how often doubtful pieces were halved; -1 if the control points as they are were enough.
         tolerance: a limit is kept if it is exceeded by no more than this, relative to max(1, limit).
+        unchecked: what no limit was given of, such as the jerk.
     """
 
     violations: tuple[Violation, ...]
     in_doubt: int
     halvings: int
     tolerance: float
+    unchecked: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
         return self.status.succeeded
@@ -61,9 +63,8 @@ class LimitProof(Answer):
         """What is proven, or where a limit is exceeded, or how much is in doubt."""
         if self.violations:
             return "\n".join(violation.explain(language) for violation in self.violations)
-        return self.status.sentence(
-            language, in_doubt=self.in_doubt, halvings=max(self.halvings, 0), tolerance=self.tolerance
-        )
+        numbers = {"in_doubt": self.in_doubt, "halvings": max(self.halvings, 0), "tolerance": self.tolerance}
+        return self.status.sentence(language, **numbers) + not_checked(self.unchecked, language)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
@@ -73,6 +74,7 @@ class LimitProof(Answer):
             "in_doubt": self.in_doubt,
             "halvings": self.halvings,
             "tolerance": self.tolerance,
+            "unchecked": list(self.unchecked),
         }
 
 
@@ -114,7 +116,7 @@ def prove(
         return LimitProof(worst_of_each([(abs(leap.jump), leap) for leap in leaps]), 0, -1, tolerance)
     # 1
     if isinstance(trajectory, BSpline) and _hull_keeps(trajectory, bounds, tolerance):
-        return LimitProof((), 0, -1, tolerance)
+        return LimitProof((), 0, -1, tolerance, bounds.unbounded)
     # 2
     require_kind("trajectory", trajectory, "BSpline or PiecewisePolynomial", "derivative")
     pieces = trajectory.to_polynomial() if isinstance(trajectory, BSpline) else trajectory
@@ -133,7 +135,7 @@ def prove(
                 limit = high if found.value > high else low
                 name = quantity if order else "upper" if found.value > high else "lower"
                 violations.append(Violation(labels[joint], name, found.time, found.value, limit))
-    return LimitProof(tuple(violations), doubtful, used, tolerance)
+    return LimitProof(tuple(violations), doubtful, used, tolerance, bounds.unbounded)
 
 
 @dataclass(frozen=True, slots=True)
