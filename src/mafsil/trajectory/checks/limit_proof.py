@@ -63,8 +63,10 @@ class LimitProof(Answer):
         """What is proven, or where a limit is exceeded, or how much is in doubt."""
         if self.violations:
             return "\n".join(violation.explain(language) for violation in self.violations)
-        numbers = {"in_doubt": self.in_doubt, "halvings": max(self.halvings, 0), "tolerance": self.tolerance}
-        return self.status.sentence(language, **numbers) + not_checked(self.unchecked, language)
+        sentence = self.status.sentence(
+            language, in_doubt=self.in_doubt, halvings=max(self.halvings, 0), tolerance=self.tolerance
+        )
+        return sentence + not_checked(self.unchecked, language)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
