@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -125,11 +125,11 @@ def share_of(value: Floats, bound: Floats) -> Floats:
 
 def _bounds(name: str, bound: Bound, n: int) -> Floats:
     """(2, n) lower and upper bounds."""
-    is_pair = isinstance(bound, tuple) and len(bound) == 2
-    if is_pair or (isinstance(bound, np.ndarray) and bound.shape == (2, n)):
-        lower, upper = (_row(f"{name}[{k}]", side, n) for k, side in enumerate(bound))
+    if (isinstance(bound, tuple) and len(bound) == 2) or getattr(bound, "shape", None) == (2, n):
+        pair = cast("tuple[ArrayLike, ArrayLike]", bound)
+        lower, upper = (_row(f"{name}[{k}]", side, n) for k, side in enumerate(pair))
     else:
-        upper = _row(name, bound, n)
+        upper = _row(name, cast("ArrayLike", bound), n)
         lower = -upper
     return np.stack([lower, upper])
 
