@@ -186,6 +186,7 @@ SECOND_INERTIAL = _error("M0726", "second_inertial")
 UNKNOWN_SITE = _error("M0727", "unknown_site")
 LOOP_CLOSED = _warning("M0728", "loop_closed")
 LOOSE_HELD = _warning("M0729", "loose_held")
+BALL_ARMATURE = _error("M0730", "ball_armature")
 
 # Only in xacro
 XACRO_MACRO = _error("X1101", "xacro_macro")

@@ -244,7 +244,7 @@ class TreeReader:
         if kind == "ball":
             tree.absent_joints.add(name)
             tree.elements.setdefault(name, part.element)
-            reading.report(BALL_JOINT, part.element, None, _three_hinges(reading, part), joint=name)
+            reading.report(BALL_JOINT, part.element, None, _three_hinges(reading, part, element), joint=name)
             return self._unique(part, read_ball(reading, element, name, part.T))
         hinge = read_joint(reading, element, name, settings, part.T)
         return [] if hinge is None else self._unique(part, [hinge])
@@ -285,7 +285,7 @@ def _site_pose(reading: Reading, part: Part) -> PoseMatrix:
     return frozen(part.T @ T)
 
 
-def _three_hinges(reading: Reading, part: Part) -> Repair:
+def _three_hinges(reading: Reading, part: Part, styled: Element) -> Repair:
     """The repair that replaces a ball joint; what refers to it by its name is not repaired."""
     joint = part.element
     name = escaped(joint.get("name"))
@@ -294,7 +294,8 @@ def _three_hinges(reading: Reading, part: Part) -> Repair:
     axes = {k: " ".join(map(written, axis)) for k, axis in zip("xyz", part.T[:3, :3], strict=True)}
     text = "".join(f'<joint{names[k]} type="hinge" axis="{a}"{position}/>' for k, a in axes.items())
     (removal,) = reading.remove(joint).edits
-    return Repair("robotfile.repair_three_hinges", (Edit(removal.start, removal.end, text),))
+    edits, loses = (Edit(removal.start, removal.end, text),), "armature" in styled.attributes
+    return Repair("robotfile.repair_three_hinges", edits, guess=loses)
 
 
 def _add_chain(tree: Tree, parent: str, T: PoseMatrix, body: str, hinges: list[Hinge]) -> None:

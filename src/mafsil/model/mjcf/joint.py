@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
 from mafsil.model.actuator import Actuator, Friction
-from mafsil.model.faults import LIMITS_INVERTED, NEGATIVE_DAMPING, NOT_KEPT, UNKNOWN_TYPE, ZERO_AXIS
+from mafsil.model.faults import BALL_ARMATURE, LIMITS_INVERTED, NEGATIVE_DAMPING, NOT_KEPT, UNKNOWN_TYPE, ZERO_AXIS
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import Limits, bounded
 from mafsil.model.mjcf.settings import Settings, choice
@@ -95,7 +95,9 @@ def read_ball(reading: Reading, element: Element, name: str, T: PoseMatrix) -> l
         reading, element, T: as for `read_joint`.
         name: of the joint.
     """
-    for attribute in ("armature", "damping", "frictionloss", "stiffness", "range"):
+    if armature := magnitude(reading, element, "armature"):
+        reading.report(BALL_ARMATURE, element, "armature", joint=name, armature=armature)
+    for attribute in ("damping", "frictionloss", "stiffness", "range"):
         if any(reading.vector(element, attribute, len(element.get(attribute).split()), (0.0,), largest=inf) or ()):
             what = f'{attribute}="{element.get(attribute)}"'
             reading.report(NOT_KEPT, element, attribute, element=element.tag, what=what)
