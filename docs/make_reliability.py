@@ -80,8 +80,8 @@ ROWS = (
         "fault stay in the count. Files of which the peer cannot read a mesh or a texture, without joints, with "
         "more than 120 joints, and SDF files with frames, nested or several models are loaded without being "
         "compared. Free base joints are held, and rotors that Pinocchio does not know are left out. Refused though "
-        "MuJoCo takes them: files with inertia across several joints (of tendons, 12; of ball joints, 4), nearly all tests of "
-        "MuJoCo itself, and a mesh of a plugin.",
+        "MuJoCo takes them: files with inertia across several joints (of tendons, 12; of ball joints, 4), nearly all "
+        "tests of MuJoCo itself, and a mesh of a plugin.",
     ),
     Row(
         "R5",
