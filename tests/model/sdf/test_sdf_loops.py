@@ -102,6 +102,18 @@ def test_balls_springs_and_joints_of_no_effort_are_not_driven_and_no_frame_of_a_
     assert sdf.read(bars(ENDS, "ABDC")).tip == "coupler"
 
 
+def test_friction_of_a_joint_that_closes_a_loop_is_left_out_and_said():
+    head, plain, tail = bars(ENDS, "ABDC").rpartition("<axis><xyz>0 0 1</xyz></axis>")
+    damped = "<dynamics><damping>0.5</damping></dynamics></axis>"
+    for axis, said in ((plain, False), (plain.replace("</axis>", damped), True)):
+        robot = mf.Robot(sdf.read(head + axis + tail))
+        still = mf.trajectory.profiles.rest(ClosedChain(robot).closed(np.zeros(robot.n)).q, 0.01)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            mf.Scenario(robot=robot, trajectory=still, law=lambda t, q, qd, reference: 0.0 * q).start()
+        assert any("friction of joints that close loops (C)" in str(each.message) for each in caught) == said
+
+
 def test_parts_that_hang_on_nothing_are_left_out_and_named():
     """The robot is the part with the most moving joints, wherever it stands in the file."""
     text = bars({**ENDS, "D": ("rocker", "coupler"), "C": ("rocker", "coupler")}, "ABDC")
