@@ -54,7 +54,8 @@ print(mechanism.joint_names, mechanism.gravity, mechanism.provenance.notes)
 - **Files.** Includes and meshes are looked for beside the model, then beside the file that names them, inside the
   package or repository that the model was published in (the nearest folder upwards with `package.xml`, `.git`,
   `pyproject.toml`, `setup.py` or a licence, or the outermost Python package) and the folders named in `packages`.
-- **Ball joints** have three freedoms and are refused (M0711); the offered repair writes three hinges.
+- **Ball joints** are read as three hinges about the axes of the body (M0711); damping, friction and range of a
+  ball are left out and said, and one with armature is refused (M0730).
 """
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import wraps
 from inspect import isclass, isfunction
-from types import ModuleType
+from types import MethodType, ModuleType
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 from weakref import WeakSet
 
@@ -46,6 +46,8 @@ def gated(value: Any) -> Any:
         return value
     if isfunction(value):
         return _guard(value) if value not in _GUARDED else value
+    if isinstance(value, MethodType):
+        return MethodType(gated(value.__func__), value.__self__)
     if isclass(value) and not issubclass(value, BaseException):
         for base in value.__mro__:
             if base.__module__.startswith("mafsil.") and not _compiles(base):

@@ -80,6 +80,8 @@ JacobianMatrix: TypeAlias = Annotated[Floats, Shape("*batch", 6, "n")]
 
 
 FLOAT64 = np.dtype(np.float64)
+SHORT_TEXT = 20
+"""Letters of a text that an error repeats."""
 SMALLEST, LARGEST = 1e-40, 1e40
 """Sizes of a scalar that enters a formula: what is zero or between them can be cubed, multiplied and divided in float64
 without leaving it. No length, time, mass or stiffness of any machine lies beyond."""
@@ -405,8 +407,10 @@ def crossed(a: Vector3, b: Vector3) -> Vector3:
 
 
 def _kind(value: object, array: NDArray[Any] | None = None) -> str:
-    """The type, and what an array or list holds where that says more."""
+    """The type, and what an array, list or short text holds where that says more."""
     name = type(value).__name__
+    if isinstance(value, str) and len(value) <= SHORT_TEXT:
+        return f"{name} {value!r}"
     if array is None or not isinstance(value, np.ndarray | list | tuple):
         return name
     return f"{name} of {array.dtype}"

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
+import sys
 import types
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from inspect import Parameter, Signature, isclass, signature, unwrap
+from contextlib import suppress
+from functools import cache
+from importlib import import_module
+from inspect import Parameter, Signature, getsource, isclass, signature, unwrap
 from itertools import islice
 from pathlib import Path
 from typing import Any, cast, get_args, get_origin
@@ -17,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import real_array, require_finite
 from mafsil.errors import ArgumentError, InputError, MafsilError
-from mafsil.messages import say
+from mafsil.messages import LANGUAGES, say
 from mafsil.unbound import Hint, maker_hint, maker_of, unbound
 
 LOOKED_AT = 100
@@ -44,7 +49,7 @@ def fault_of(
         return _with_maker(function, args, error)
     taken, hints = signature(function), _hints(unwrap(function))
     first, owner = next(iter(taken.parameters), ""), None
-    if first in ("self", "cls"):
+    if first in ("self", "cls") and args:
         owner, *rest = args
         hints |= {name: type(owner) for name, hint in hints.items() if hint is _SELF}
         taken, args = taken.replace(parameters=list(taken.parameters.values())[1:]), tuple(rest)
@@ -67,7 +72,11 @@ def fault_of(
 
 
 def _with_maker(function: Callable[..., object], args: tuple[Any, ...], error: MafsilError) -> InputError | None:
-    """A wrong shape of what makes an instance, said with the maker that takes plain numbers, where there is one."""
+    """A wrong shape or kind, said with the maker that takes plain numbers, where there is one."""
+    if error.key == "input.kind":
+        argument = str(error.details["name"]).partition("[")[0]
+        maker = _makers(_hints(unwrap(function)).get(argument))
+        return ArgumentError("input.misfit_maker", **{**error.details, "maker": maker}) if maker else None
     bare = error.key == "input.shape" and not error.details["hint"]
     hint = maker_hint(function, args[0]) if bare and args else Hint()
     return InputError(error.key, **{**error.details, "hint": hint}) if hint.key else None
@@ -106,14 +115,21 @@ def _misfit(name: str, value: Any, hint: Any) -> ArgumentError:
         except InputError as fault:
             return ArgumentError(fault.key, **fault.details)
     details = {"name": name, "expected": expected(hint), "got": _shown(value)}
-    makers = [maker for each in (hint, *get_args(hint)) if (maker := maker_of(each)) is not None]
-    return ArgumentError("input.misfit_maker" if makers else "input.misfit", maker=" / ".join(makers), **details)
+    maker = _makers(hint)
+    return ArgumentError("input.misfit_maker" if maker else "input.misfit", maker=maker, **details)
+
+
+def _makers(hint: Any) -> str:
+    """What makes the classes of an annotation from plain numbers."""
+    return " / ".join(maker for each in (hint, *get_args(hint)) if (maker := maker_of(each)) is not None)
 
 
 def _unlikely(name: str, value: Any, hint: Any, shape: tuple[str, ...] | None) -> InputError | None:
     """What is the matter with an argument of the right kind, if anything is."""
     if value is None:
         return None
+    if name == "language" and str(value) not in LANGUAGES:
+        return ArgumentError("messages.language", code=value, known=", ".join(LANGUAGES))
     kinds = get_args(hint) or (hint,)
     if any(map(_is_array, (hint, *kinds))) or float in kinds:
         try:
@@ -175,14 +191,29 @@ _PYTHON = str(Path(os.__file__).parent)
 
 
 def _hints(function: Any) -> dict[str, Any]:
-    """The annotations that can be resolved, one by one: names that only type checkers see cannot."""
+    """The annotations that can be resolved, one by one: with names that only type checkers see, where there are any."""
     found: dict[str, Any] = {}
     for name, hint in function.__annotations__.items():
-        try:
-            found |= typing.get_type_hints(types.SimpleNamespace(__annotations__={name: hint}), function.__globals__)
-        except (NameError, TypeError, AttributeError, SyntaxError):
-            continue
+        one, names = types.SimpleNamespace(__annotations__={name: hint}), function.__globals__
+        with suppress(NameError, TypeError, AttributeError, SyntaxError):
+            try:
+                found |= typing.get_type_hints(one, names)
+            except NameError:
+                found |= typing.get_type_hints(one, names, _names_for_checkers(function.__module__))
     return found
+
+
+@cache
+def _names_for_checkers(module: str) -> dict[str, Any]:
+    """What a module imports from others for type checkers alone."""
+    tree = ast.parse(getsource(sys.modules[module]))
+    blocks = (each.body for each in tree.body if isinstance(each, ast.If) and "TYPE_CHECKING" in ast.dump(each.test))
+    lines = (line for block in blocks for line in block if isinstance(line, ast.ImportFrom) and line.module)
+    names: dict[str, Any] = {}
+    for line in lines:
+        with suppress(ImportError):  # A stub that has no module.
+            names |= {each.name: getattr(import_module(str(line.module)), each.name) for each in line.names}
+    return names
 
 
 def fits(value: Any, hint: Any) -> bool:
@@ -245,9 +276,9 @@ def _takes(function: Any, count: int) -> bool:
 
 
 def _elements(value: Any, kind: Any, inner: tuple[Any, ...]) -> bool:
-    if not inner or not isinstance(value, list | tuple):
+    if not inner or not isinstance(value, Sequence):
         return True
-    elements = list(cast("Sequence[Any]", value))[:LOOKED_AT]
+    elements = list(islice(cast("Sequence[Any]", value), LOOKED_AT))
     if kind is tuple and Ellipsis not in inner:
         return len(elements) == len(inner) and all(map(fits, elements, inner))
     return all(fits(each, inner[0]) for each in elements)
@@ -276,7 +307,7 @@ def _number(value: Any) -> bool:
 
 
 def _whole(value: Any) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+    return isinstance(value, int | np.integer) and not isinstance(value, bool | np.timedelta64)
 
 
 _PLAIN: dict[Any, Callable[[Any], bool]] = {

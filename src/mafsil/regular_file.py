@@ -6,8 +6,9 @@ import errno
 import os
 import stat
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import TextIOWrapper
+from pathlib import Path
 from typing import BinaryIO
 
 from mafsil.messages import say
@@ -73,6 +74,27 @@ def whole_text(path: str | os.PathLike[str], most: int, encoding: str = "utf-8")
     """
     with opened(path, most) as file:
         return TextIOWrapper(file, encoding=encoding).read()
+
+
+def is_file(path: Path) -> bool:
+    """Whether a file stands there; no name that no file can have (too long, with a null byte) stands anywhere."""
+    with suppress(OSError, ValueError):
+        return path.is_file()
+    return False
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a folder stands there; names as for `is_file`."""
+    with suppress(OSError, ValueError):
+        return path.is_dir()
+    return False
+
+
+def whole_path(path: Path) -> Path:
+    """The absolute path without links; a name that no file can have as it is, for the reader to refuse."""
+    with suppress(OSError, ValueError):
+        return path.resolve()
+    return path
 
 
 def reason(fault: Exception) -> str:

@@ -11,9 +11,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, cast, get_args
 
+from numpy.typing import ArrayLike
+
 from mafsil.errors import ArgumentError, UnknownNameError
 from mafsil.messages import say
 from mafsil.other_words import ARGUMENTS
+
+SHORT = 3
+"""Letters of a name from which on it is taken for the beginning of another."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +67,9 @@ def unbound(
         return ArgumentError("input.unexpected", problem=", ".join(doubtful), hint=hint, **details)
     kinds = {one.kind for one in parameters.values()}
     if len(args) > len(places) and Parameter.VAR_POSITIONAL not in kinds:
-        return _too_many(shown, places, known, args, maker_hint(function, owner))
+        first = hints.get(places[0]) if places else None
+        alone = len(places) == 1 == len(known) or ArrayLike in (first, *get_args(first))
+        return _too_many(shown, places, known, args, maker_hint(function, owner), alone=alone)
     needed = [
         name
         for name, one in parameters.items()
@@ -93,15 +100,19 @@ def _meant(names: list[str], known: list[str]) -> Hint:
     close: list[str] = []
     for name in names:
         other = ARGUMENTS.get(name.casefold())
-        close += [other] if other in known else get_close_matches(name, known, n=2)
+        begun = [each for each in known if len(name) >= SHORT and each.startswith(name.casefold())]
+        close += [other] if other in known else begun or get_close_matches(name, known, n=2)
     return Hint("input.close_argument", {"close": ", ".join(dict.fromkeys(close))}) if close else Hint()
 
 
-def _too_many(shown: str, places: list[str], known: list[str], args: tuple[Any, ...], hint: Hint) -> ArgumentError:
+def _too_many(
+    shown: str, places: list[str], known: list[str], args: tuple[Any, ...], hint: Hint, *, alone: bool
+) -> ArgumentError:
+    """Numbers are given one by one where they are one value, or what must be given by name is not."""
     details: dict[str, object] = {"name": shown, "most": len(places), "count": len(args)}
-    numbers = all(isinstance(each, int | float) for each in args)
-    if numbers and len(places) == 1 == len(known):
-        return ArgumentError("input.in_one", form=f"{shown}({tuple(args)})", **details)
+    if alone and all(isinstance(each, int | float) for each in args):
+        row = ", ".join(f"{each:g}" for each in args)
+        return ArgumentError("input.in_one", form=f"{shown}(({row}))", **details)
     rest = [name for name in known if name not in places][: len(args) - len(places)]
     form = ", ".join([*places, *(f"{name}=..." for name in rest)])
     return ArgumentError("input.by_name", form=f"{shown}({form})", hint=hint, **details)
@@ -131,7 +142,8 @@ def maker_hint(function: Callable[..., object], owner: object) -> Hint:
     maker = maker_of(kind) if function.__name__ == "__init__" else None
     if maker is None:
         return Hint()
-    return Hint("input.maker", {"maker": maker, "inputs": ", ".join(signature(kind.of).parameters)})
+    inputs = signature(getattr(kind, maker.rpartition(".")[2])).parameters
+    return Hint("input.maker", {"maker": maker, "inputs": ", ".join(inputs)})
 
 
 def maker_of(kind: Any) -> str | None:
@@ -140,7 +152,8 @@ def maker_of(kind: Any) -> str | None:
     Args:
         kind: a class, or an annotation.
     """
-    return f"{kind.__name__}.of" if isclass(kind) and "of" in vars(kind) else None
+    makers = [name for name in ("through", "of") if isclass(kind) and name in vars(kind)]
+    return f"{kind.__name__}.{makers[0]}" if makers else None
 
 
 def unknown_name(package: ModuleType, name: str) -> AttributeError:

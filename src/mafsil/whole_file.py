@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mafsil.errors import FileError
+from mafsil.messages.visible import visible
+from mafsil.regular_file import reason
 
 
 def write_whole(path: Path, contents: bytes | Callable[[BinaryIO], object]) -> None:
@@ -31,8 +33,8 @@ def write_whole(path: Path, contents: bytes | Callable[[BinaryIO], object]) -> N
             file.flush()
             os.fsync(file.fileno())
         beside.replace(path)
-    except OSError as fault:
-        raise FileError("file.cannot_write", path=str(path), reason=fault.strerror or str(fault)) from None
+    except (OSError, ValueError) as fault:
+        raise FileError("file.cannot_write", path=visible(str(path)), reason=reason(fault)) from None
     finally:
-        with suppress(OSError):
+        with suppress(OSError, ValueError):
             beside.unlink(missing_ok=True)

@@ -11,6 +11,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from mafsil.arrays import Floats
 from mafsil.model import Joint, JointKind, Mechanism
@@ -19,11 +20,24 @@ from tests.oracles.natural_scale import natural_scale
 from tests.oracles.oracle import expansion
 from tests.oracles.states import States, sample
 
-_KINDS = {mujoco.mjtJoint.mjJNT_HINGE: JointKind.REVOLUTE, mujoco.mjtJoint.mjJNT_SLIDE: JointKind.PRISMATIC}
+_KINDS = {
+    mujoco.mjtJoint.mjJNT_HINGE: JointKind.REVOLUTE,
+    mujoco.mjtJoint.mjJNT_SLIDE: JointKind.PRISMATIC,
+    mujoco.mjtJoint.mjJNT_BALL: JointKind.REVOLUTE,
+}
 
 
 class NotComparable(Exception):
     """The two do not hold the same joints, with the reason."""
+
+
+def _ball_rates(q: Floats, qd: Floats) -> tuple[Floats, Floats]:
+    """Of turns about x, y, z in a row: E with the body's angular velocity E qd, and (dE/dt) qd."""
+    last = Rotation.from_rotvec([0, 0, -q[2]])
+    z, y = np.array([0.0, 0.0, 1.0]), last.apply([0.0, 1.0, 0.0])
+    x = (last * Rotation.from_rotvec([0, -q[1], 0])).apply([1.0, 0.0, 0.0])
+    growth = -qd[0] * np.cross(qd[1] * y + qd[2] * z, x) - qd[1] * np.cross(qd[2] * z, y)
+    return np.stack([x, y, z], axis=1), growth
 
 
 class MuJoCoFile:
@@ -58,15 +72,14 @@ class MuJoCoFile:
         mine = ours.traced(mechanism, still, names)
         scale, spread = natural_scale(mechanism), expansion(mechanism)
         moving = [pairs[joint.name] for joint in spread.joints]
-        rows = [int(self.model.jnt_dofadr[k]) for k in moving]
         worst, where = 0.0, ""
         for k in range(count):
-            self._set(mechanism, pairs, moving, spread.B @ states.q[k] + spread.b, spread.B @ states.qd[k])
-            M = np.zeros((self.model.nv, self.model.nv))
+            E, steady = self._set(mechanism, pairs, moving, spread.B @ states.q[k] + spread.b, spread.B @ states.qd[k])
+            M, E = np.zeros((self.model.nv, self.model.nv)), E @ spread.B
             mujoco.mj_fullM(self.model, self.data, M)
             theirs = {
-                "mass_matrix": spread.B.T @ M[np.ix_(rows, rows)] @ spread.B,
-                "inverse_dynamics": spread.B.T @ self.data.qfrc_bias[rows],
+                "mass_matrix": E.T @ M @ E,
+                "inverse_dynamics": E.T @ (self.data.qfrc_bias + M @ steady),
             }
             errors = {n: float(scale.error(n, mine[n][k : k + 1], theirs[n][None]).max()) for n in theirs}
             errors["link_poses"] = self._pose_error(mechanism, mine["link_poses"][k], scale.size.length)
@@ -79,8 +92,8 @@ class MuJoCoFile:
         """For each of our joints that MuJoCo has too, its number there; both lists run depth first."""
         known = {joint.name for joint in mechanism.joints}
         theirs = [k for k in range(self.model.njnt) if self._kept(k, mechanism, known)]
-        named = {self.model.joint(k).name: k for k in theirs if self.model.joint(k).name}
-        rest = iter(k for k in theirs if not self.model.joint(k).name)
+        named = {name: k for k in theirs if self.model.joint(k).name for name in self._names(k)}
+        rest = iter(k for k in theirs if not self.model.joint(k).name for _ in self._names(k))
         pairs: dict[str, int] = {}
         for joint in mechanism.joints:
             k = named.get(joint.name)
@@ -89,10 +102,15 @@ class MuJoCoFile:
             if k is not None:
                 self._require_same(joint, k)
                 pairs[joint.name] = k
-        if len(pairs) != len(theirs):
+        if len(set(pairs.values())) != len(theirs):
             missing = [self.model.joint(k).name or str(k) for k in theirs if k not in pairs.values()]
             raise NotComparable(f"MuJoCo has further joints: {', '.join(missing)[:100]}")
         return pairs
+
+    def _names(self, k: int) -> list[str]:
+        """Of our joints: a ball is three hinges."""
+        name = self.model.joint(k).name
+        return [f"{name}_{axis}" for axis in "xyz"] if self.model.jnt_type[k] == mujoco.mjtJoint.mjJNT_BALL else [name]
 
     def _require_same(self, joint: Joint, k: int) -> None:
         kind = _KINDS.get(mujoco.mjtJoint(int(self.model.jnt_type[k])))
@@ -111,7 +129,10 @@ class MuJoCoFile:
         base = self.model.body(int(root)).name
         return base in mechanism.link_names if base else not name
 
-    def _set(self, mechanism: Mechanism, pairs: dict[str, int], moving: list[int], q: Floats, qd: Floats) -> None:
+    def _set(
+        self, mechanism: Mechanism, pairs: dict[str, int], moving: list[int], q: Floats, qd: Floats
+    ) -> tuple[Floats, Floats]:
+        """Set a state; E and e with MuJoCo's velocities E qd and accelerations E qdd + e."""
         model, data = self.model, self.data
         mujoco.mj_resetData(model, data)
         held = {pairs[joint.name] for joint in mechanism.joints if not joint.moves and joint.name in pairs}
@@ -119,8 +140,19 @@ class MuJoCoFile:
             if model.eq_type[k] == mujoco.mjtEq.mjEQ_JOINT and model.eq_obj2id[k] < 0 and model.eq_obj1id[k] in held:
                 at = model.jnt_qposadr[model.eq_obj1id[k]]
                 data.qpos[at] = model.qpos0[at] + model.eq_data[k][0]
-        data.qpos[model.jnt_qposadr[moving]], data.qvel[model.jnt_dofadr[moving]] = q, qd
+        E, steady = np.zeros((model.nv, len(moving))), np.zeros(model.nv)
+        for k in dict.fromkeys(moving):
+            own = [column for column, joint in enumerate(moving) if joint == k]
+            first, dof = model.jnt_qposadr[k], model.jnt_dofadr[k]
+            if len(own) == 1:
+                data.qpos[first], E[dof, own] = q[own[0]], 1.0
+            else:
+                turn = Rotation.from_euler("XYZ", q[own])
+                data.qpos[first : first + 4] = turn.as_quat(scalar_first=True)
+                E[dof : dof + 3, own], steady[dof : dof + 3] = _ball_rates(q[own], qd[own])
+        data.qvel[:] = E @ qd
         mujoco.mj_forward(model, data)
+        return E, steady
 
     def _pose_error(self, mechanism: Mechanism, poses: Floats, reach: float) -> float:
         """Links that carry the name of a body."""

@@ -35,11 +35,14 @@ class SdfFile:
     """Link poses relative to our first link, mass matrix and inverse dynamics.
 
     Raises:
-        NotPlain: several models, included ones, loops, frames, other joints.
+        NotPlain: several models, included ones, loops, frames, other joints, loose links, an undeclared prefix.
     """
 
     def __init__(self, path: Path, mechanism: Mechanism) -> None:
-        root = ElementTree.fromstring(re.sub(r"(</?\w+):(?=\w)", r"\1_", path.read_text("utf-8")))
+        try:
+            root = ElementTree.fromstring(re.sub(r"(</?\w+):(?=\w)", r"\1_", path.read_text("utf-8")))
+        except ElementTree.ParseError as error:
+            raise NotPlain(str(error)) from None
         models = list(root.iter("model"))
         unread = [tag for tag in ("include", "frame", "mimic") if root.find(f".//{tag}") is not None]
         if len(models) != 1 or unread:
@@ -47,6 +50,8 @@ class SdfFile:
         robot = models[0]
         self.version = tuple(map(int, (root.get("version") or "1.12").split(".")))[:2]
         self.links = {str(link.get("name")): link for link in robot.findall("link")}
+        if self.links.keys() - set(mechanism.link_names):
+            raise NotPlain("loose links")
         self.joints = list(robot.findall("joint"))
         self.placed = {str(part.get("name")): part for part in (*robot.findall("link"), *robot.findall("joint"))}
         self.model, self.at = pin.Model(), dict[str, tuple[int, pin.SE3]]()

@@ -157,3 +157,14 @@ def test_inverse_kinematics_and_simulation_follow_a_curve() -> None:
     assert np.allclose(robot.fk(found.q), robot.fk(q), atol=1e-9)
     recording = robot.simulate(mf.trajectory.quintic([0.1, 0.2], [0.8, -0.3], duration=1.0))
     assert np.abs(recording.q - recording.q_ref).max() < 1e-3
+
+
+def test_friction_along_a_curve_is_refused_with_what_to_leave_out() -> None:
+    text = KNEE.replace('name="last"', 'name="last" damping="0.3"')
+    assert text != KNEE
+    robot, motion = Robot(mjcf.read(text)), mf.trajectory.quintic([0.1, 0.2], [0.3, -0.1], duration=0.3)
+    with pytest.raises(ModelError, match=r"'last' has friction .* friction=False"):
+        robot.friction_torque([0.1, 0.1])
+    law = mf.control.computed_torque(robot, friction=False)
+    plant = mf.simulation.Plant(robot, friction=False)
+    assert mf.simulate(mf.Scenario(robot=robot, plant=plant, trajectory=motion, law=law))

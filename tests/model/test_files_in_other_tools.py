@@ -8,8 +8,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from mafsil.arrays import frozen
 from mafsil.errors import ModelError
-from mafsil.model import library, mjcf, urdf
+from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism, library, mjcf, urdf
 from tests.model.peer_readers import Reader, by_mujoco, by_pinocchio, differences, text_of
 from tests.model.random_robots import random_robot
 from tests.model.urdf.real_files import robots
@@ -52,6 +53,22 @@ def test_random_robots(seed: int, tool: ModuleType, reader: Reader) -> None:
     mechanism = random_robot(seed)
     worst = differences(mechanism, text_of(mechanism, tool), reader, seed)
     assert max(worst.values()) < NEAR, worst
+
+
+def test_a_tip_on_a_frame_on_the_base() -> None:
+    """The frame carries a body, the tip's, so that MJCF has no site for it."""
+    turned = frozen(np.diag([1.0, -1.0, -1.0, 1.0]))
+    links = [Link("base"), Link("arm", Inertial(1.0, np.full(3, 0.1), np.eye(3))), Link("flange"), Link("camera")]
+    joints = [
+        Joint("hinge", JointKind.REVOLUTE, "base", "arm", frozen(np.eye(4)), frozen(np.eye(3)[1])),
+        Joint("mount", JointKind.FIXED, "base", "flange", turned),
+        Joint("eye", JointKind.FIXED, "flange", "camera", turned),
+    ]
+    for tip in ("flange", "camera", "arm"):
+        for T_lt in (np.eye(4), turned):
+            mechanism = Mechanism.assemble("stand", links, joints, tip=tip, T_lt=T_lt)
+            for tool, reader in TOOLS:
+                assert max(differences(mechanism, text_of(mechanism, tool), reader).values()) < NEAR
 
 
 SOME = {path.stem for path in few(robots(), 12)} | set(few(sorted(IMPOSSIBLE), 2))

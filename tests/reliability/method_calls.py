@@ -25,7 +25,7 @@ CALLS = (
     # robots
     "Robot(mechanism=R2.mechanism)",
     "R2.base_parameters(samples=5, seed=0)",
-    "R2.degeneracy(q=Q2)",
+    "R2.mass_matrix_singularity(q=Q2)",
     "R2.friction_regressor(qd=Q2, smoothing=0.001)",
     "R2.friction_torque(qd=Q2, smoothing=0.001)",
     "R2.inverse_dynamics(q=Q2, qd=Q2, qdd=Q2)",
@@ -179,8 +179,7 @@ CALLS = (
     "JOINTS.between(begin=0.0, end=1.0)",
     "trajectory.JointPath.through(points=[Q2, G2])",
     "trajectory.MotionLimits.of(2, velocity=1.0)",
-    "trajectory.MotionLimits(position=np.ones((2, 2)), velocity=np.ones(2), acceleration=np.ones(2), "
-    "jerk=np.ones(2), effort=np.ones(2))",
+    "trajectory.MotionLimits(position=np.ones((2, 2)), velocity=BOX2, acceleration=BOX2, jerk=BOX2, effort=BOX2)",
     "ONLINE.step(goal=np.array([1.0]))",
     "CURVE.derivative(order=1)",
     "CURVE.insert(t=0.5)",
@@ -218,7 +217,7 @@ def space(folder: str) -> dict[str, Any]:
             np.zeros(3), np.array([0.0, 0.0, 1.0]), np.ones(2)),
         "FOURS": mobility.FourBar(2.0, 4.0, 3.5, 4.5), "ROLLING": mobility.bodies.Car(1.0).constraints,
         "STEWART": parallel.StewartPlatform.on_circles(1.0, 0.6, [0, 1, 2, 3, 4, 5.5], [0.3, 0.8, 2.5, 2.9, 4.1, 5]),
-        "HIGH": high,
+        "HIGH": high, "BOX2": np.array([[-1.0, -1.0], [1.0, 1.0]]),
         "FIVES": parallel.FiveBar(1.0, 2.0, 2.0, 1.0, 1.5),
         "RPR": parallel.PlanarThreeRPR(np.array([[0, 0], [1, 0], [0, 1.0]]), 0.3 * np.array([[0, 0], [1, 0], [0, 1]])),
         "FIELD": planning.PotentialField.of([1.0, 0.0], [planning.disc([0.5, 0.5], 0.1)]),

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+import mafsil as mf
+from mafsil.errors import MafsilError
+from mafsil.grasp import read_grasp_file
 from tests.reliability import hostile_doors
 from tests.sizes import size
 
@@ -33,3 +36,36 @@ def test_a_door_that_lets_nonsense_in_is_found_out(tmp_path: Path, monkeypatch: 
     said += hostile_doors.judge("part.obj", tmp_path / "x", counts)
     assert len(said) == 2
     assert counts["bad_exception"] == counts["bad_content"] == 1
+
+
+JOB = 'robot = "{robot}"\n[start]\njoints = [0, 0, 0, 0, 0, 0]\n[[move]]\njoints = [0, 0, 0, 0, 0, 0.1]\n'
+LIMITLESS = mf.trajectory.MotionLimits.of(1)
+PLACES = {
+    "include": lambda name: _job(f'include = ["{name}"]\n' + JOB.format(robot="ur5e")),
+    "robot": lambda name: _job(JOB.format(robot=name)),
+    "mesh": lambda name: _job(JOB.format(robot="ur5e") + f'[[obstacle]]\nname = "m"\nmesh = "{name}"\n'),
+    "srdf": lambda name: _job(JOB.format(robot="ur5e") + f'[collision]\nsrdf = "{name}"\n'),
+    "job": mf.job.read,
+    "robot file": lambda name: mf.load(f"{name}.urdf"),
+    "recording": lambda name: mf.simulation.Recording.load(f"{name}.npz"),
+    "motion": lambda name: mf.trajectory.files.read(f"{name}.csv"),
+    "grasp": read_grasp_file,
+    "log": lambda name: mf.identification.identify("planar2r", f"{name}.csv"),
+    "export": lambda name: mf.trajectory.export(mf.trajectory.quintic([0], [1], 1), f"{name}.csv", LIMITLESS),
+}
+"""Whatever takes the name of a file."""
+
+
+def _job(text: str) -> object:
+    return mf.job.solve(mf.job.parse(text), text, ".")
+
+
+@pytest.mark.parametrize("name", ["9" * 400, "a\0b", "a/" * 3000 + "b"], ids=["long", "null", "deep"])
+@pytest.mark.parametrize("place", PLACES)
+def test_names_that_no_file_can_have_are_refused_in_our_words(
+    place: str, name: str, tmp_path: Path, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(MafsilError) as caught:
+        PLACES[place](name.replace("\0", "\\u0000") if place in ("include", "robot", "mesh", "srdf") else name)
+    assert caught.value.message("ar") != caught.value.message("en")

@@ -106,6 +106,16 @@ FIRST_HOUR = {
     'mf.Robot.from_dh(rows, "classic")': lambda: mf.DHRobot([]),
     "mf.trajectory.trapezoid(": lambda: trajectory.trapezoidal([0], [1]),
     "has no attribute 'PID'; did you mean: pid": lambda: control.PID(1, 2, 3),
+    "if they are one value, write Robot.fk((0.1, -1, 1, 0.2, 0.3, 0.4))": lambda: UR5E.fk(*Q),
+    "with the last row 0 0 0 1": lambda: UR5E.ik(T[:3]),
+    "mass: expected real numbers, got str '2kg'": lambda: UR5E.with_payload("2kg"),
+    "make one by JointPath.through": lambda: trajectory.time_optimal([[0, 0], [1, 1]], LIMITS),
+    "argument vel is unknown or given twice; did you mean: velocity?": lambda: MotionLimits.of(2, vel=1),
+    "language '/nowhere' is not known; choose one of: en, ar": lambda: mf.solve_ik(UR5E, T).explain(
+        language="/nowhere"
+    ),
+    "source: expected": lambda: mf.model.urdf.read(3.5),
+    "path: expected": lambda: mf.job.read(None),
     "did you mean: iiwa7": lambda: mf.load("kuka"),
     "MotionLimits.of makes one of what matters: it takes n": lambda: MotionLimits(velocity=1),
     "impedance: expected Impedance, got int 100; make one by Impedance.of": lambda: control.impedance_control(

@@ -7,7 +7,7 @@ import pytest
 
 from mafsil.errors import InputError
 from mafsil.model import JointLimits
-from mafsil.trajectory import Motion, check, cubic, quintic, sequence, trapezoid
+from mafsil.trajectory import Motion, check, cubic, export, prove, quintic, sequence, trapezoid
 from mafsil.trajectory.profiles import rest
 
 
@@ -42,11 +42,27 @@ def test_every_quantity(quantity):
     assert verdict.violations[0].value == pytest.approx(extreme, rel=1e-8)
 
 
-def test_within_limits_says_so():
-    verdict = check(rest([0.0], 1.0), bounds(1, velocity=1.0, lower=-1.0, upper=1.0))
-    assert verdict
-    assert verdict.explain("en") == "all joint limits are kept"
-    assert verdict.explain("ar")
+def test_within_limits_says_so_and_names_what_no_limit_was_given_of(tmp_path):
+    """A check that did not run never reads like one that passed."""
+    motion, free = rest([0.0], 1.0), bounds(1)
+    names = {"position": "upper", "velocity": "velocity", "acceleration": "acceleration", "jerk": "jerk"}
+    for given in range(16):
+        limited = [name for k, name in enumerate(names) if given >> k & 1]
+        limits = bounds(1, **{names[name]: 1.0 for name in limited})
+        lacks = [name for name in names if name not in limited]
+        answers = (
+            check(motion, limits),
+            prove(motion, limits),
+            export(motion, tmp_path / "a.csv", limits),
+        )
+        for answer in answers:
+            assert answer
+            for language, mark in (("en", "not checked, as no limit is given: "), ("ar", "لم يُفحص")):
+                assert (mark in answer.explain(language)) == bool(lacks)
+            rest_of_it = answer.explain("en").partition("given: ")[2]
+            assert rest_of_it == ", ".join(f"the {name}" for name in lacks)
+        assert answers[0].to_dict()["unchecked"] == answers[1].to_dict()["unchecked"] == lacks
+    assert len(check(motion, free).unchecked) == 4
 
 
 def test_sampled_agrees_with_exact():

@@ -18,6 +18,9 @@ def test_a_magnitude_holds_in_both_directions_and_a_pair_on_each_side():
     assert_array_equal(limits.acceleration, [[0.0, 0.0], [3.0, 4.0]])
     assert np.isinf(limits.jerk).all()
     assert limits.n == 2
+    again = MotionLimits.of(2, velocity=limits.velocity, acceleration=limits.acceleration)
+    assert_array_equal(again.velocity, limits.velocity)
+    assert_array_equal(again.acceleration, limits.acceleration)
 
 
 def test_the_limits_of_a_robot_are_taken_as_they_are():

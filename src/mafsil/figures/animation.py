@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -56,7 +56,9 @@ def exponential_frames(robot: Robot, q: ArrayLike) -> Floats:
     return np.stack(rows)
 
 
-def animate_dh_row(row: DHRow, path: Path, convention: Convention | str = "modified", q: float = 0.0) -> None:
+def animate_dh_row(
+    row: DHRow, path: str | PathLike[str], convention: Convention | str = "modified", q: float = 0.0
+) -> None:
     """Write the four motions of a table's row as a GIF.
 
     Args:
@@ -80,7 +82,7 @@ def animate_dh_row(row: DHRow, path: Path, convention: Convention | str = "modif
 
 
 @of_robot
-def animate_exponentials(robot: Robot, q: ArrayLike, path: Path) -> None:
+def animate_exponentials(robot: Robot, q: ArrayLike, path: str | PathLike[str]) -> None:
     """Write as a GIF how an arm at home gets its exponentials one by one, the last joint first.
 
     Args:
@@ -103,7 +105,7 @@ def animate_exponentials(robot: Robot, q: ArrayLike, path: Path) -> None:
     _write(draw, len(rows), path)
 
 
-def _write(draw: Callable[[Any, int], str], count: int, path: Path) -> None:
+def _write(draw: Callable[[Any, int], str], count: int, path: str | PathLike[str]) -> None:
     import matplotlib
     from matplotlib.animation import FuncAnimation, PillowWriter
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from mafsil.geometry.logarithms import ball_points
 from mafsil.messages import say
 
 
-def plot_rotation_vector_ball(R: ArrayLike, path: Path) -> None:
+def plot_rotation_vector_ball(R: ArrayLike, path: str | PathLike[str]) -> None:
     """Draw the solid ball of radius pi and the rotation as a point of it; of a half turn both names on the rim.
 
     Args:
@@ -46,7 +47,7 @@ def draw_solid_ball(R: Floats) -> Any:
     return figure
 
 
-def plot_displaced_body(X_ai: ArrayLike, X_af: ArrayLike, path: Path) -> None:
+def plot_displaced_body(X_ai: ArrayLike, X_af: ArrayLike, path: str | PathLike[str]) -> None:
     """Draw a body before and after a displacement, and the frame {b} that names it: T_ba = X_af X_ai^-1.
 
     {b} stands to the body before as {a} stands to the body after.
@@ -76,7 +77,9 @@ def draw_displaced_body(X_ai: PoseMatrix, X_af: PoseMatrix) -> Any:
     return figure
 
 
-def plot_two_frames(T_ab: ArrayLike, path: Path, *, S_b: ArrayLike | None = None, F_b: ArrayLike | None = None) -> None:
+def plot_two_frames(
+    T_ab: ArrayLike, path: str | PathLike[str], *, S_b: ArrayLike | None = None, F_b: ArrayLike | None = None
+) -> None:
     """Draw one screw, or one wrench, in two frames, with its numbers in both.
 
     Args:
@@ -116,7 +119,7 @@ def draw_two_frames(T_ab: PoseMatrix, given: Floats, *, is_wrench: bool) -> Any:
     return figure
 
 
-def plot_space_velocity(T_sb: ArrayLike, V_s: ArrayLike, path: Path) -> None:
+def plot_space_velocity(T_sb: ArrayLike, V_s: ArrayLike, path: str | PathLike[str]) -> None:
     """Draw what v_s means: the body thought without limits, and the velocity of its point at the origin of {s}.
 
     Args:

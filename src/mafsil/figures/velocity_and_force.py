@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ REACH = 1.15
 
 
 @of_robot
-def plot_joint_screws(robot: Robot, q: ArrayLike, path: Path) -> None:
+def plot_joint_screws(robot: Robot, q: ArrayLike, path: str | PathLike[str]) -> None:
     """Draw the axes of all joints at a configuration: the columns of the space Jacobian, each with its part at the tip.
 
     Args:
@@ -61,7 +62,7 @@ def draw_joint_screws(robot: Robot, q: Floats) -> Any:
 
 
 @of_robot
-def plot_free_bodies(robot: Robot, q: ArrayLike, path: Path, loads: Sequence[LinkLoad] = ()) -> None:
+def plot_free_bodies(robot: Robot, q: ArrayLike, path: str | PathLike[str], loads: Sequence[LinkLoad] = ()) -> None:
     """Draw the free-body diagram of every link in equilibrium: loads, and the force that each joint passes on.
 
     Args:
@@ -98,7 +99,7 @@ def draw_free_bodies(robot: Robot, q: Floats, loads: Sequence[LinkLoad] = ()) ->
     return figure
 
 
-def plot_unreachable_frame(T: ArrayLike, path: Path) -> None:
+def plot_unreachable_frame(T: ArrayLike, path: str | PathLike[str]) -> None:
     """Draw two link frames and whether one row of a table can connect them, with the condition that fails.
 
     Args:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ class GraspFile:
     body: GraspedBody | None = None
 
 
-def read_grasp_file(path: Path) -> GraspFile:
+def read_grasp_file(path: str | PathLike[str]) -> GraspFile:
     """The grasp in a file.
 
     Args:
@@ -45,14 +46,15 @@ def read_grasp_file(path: Path) -> GraspFile:
         FileError: missing, unreadable, malformed, unknown or missing keys.
         InputError: contacts that make no grasp, or lie off the outline.
     """
+    place = Path(path)
     try:
-        text = whole_text(path, LARGEST_FILE)
-        data = json.loads(text) if path.suffix.lower() == ".json" else parsed_toml(text)
+        text = whole_text(place, LARGEST_FILE)
+        data = json.loads(text) if place.suffix.lower() == ".json" else parsed_toml(text)
     except (OSError, UnicodeDecodeError) as fault:
         raise FileError("grasp.file_unreadable", path=path, reason=reason(fault)) from None
     except (ValueError, RecursionError) as error:
         raise FileError("grasp.file_malformed", path=path, reason=str(error)) from None
-    return parse_grasp_file(data, source=path.name, folder=path.parent)
+    return parse_grasp_file(data, source=place.name, folder=place.parent)
 
 
 def parse_grasp_file(data: Any, source: str, folder: Path | None = None) -> GraspFile:

@@ -13,6 +13,7 @@ from mafsil.errors import FileError, InputError
 from mafsil.job.description import Job, Obstacle
 from mafsil.job.lines import Fault, Places
 from mafsil.job.lines import Path as Keys
+from mafsil.regular_file import whole_path
 
 MOST_ACROSS = 100.0
 """What is larger was probably meant in millimetres [m]."""
@@ -74,7 +75,7 @@ def with_files(job: Job, folder: Path, places: Places) -> Job:
             raise places.error("job.obstacle_shape", ("obstacle", k, key), fault=Fault(fault)) from None
         if size > MOST_ACROSS:
             raise places.error("job.mesh_far", ("obstacle", k, key), size=f"{size:.3g}")
-        changed: dict[str, object] = {key: str((folder / path).resolve())}
+        changed: dict[str, object] = {key: str(whole_path(folder / path))}
         obstacles[k] = msgspec.structs.replace(one, **changed)
     rule = job.collision
     if rule is not None and rule.srdf is not None:
@@ -89,7 +90,7 @@ def with_files(job: Job, folder: Path, places: Places) -> Job:
 
 def _semantic(name: str, folder: Path, places: Places, keys: Keys) -> str:
     """The whole path of a semantic description that can be read."""
-    path = (folder / name).resolve()
+    path = whole_path(folder / name)
     try:
         disabled_pairs(path)
     except FileError as fault:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from mafsil.job.text import tables_of, text_of
 from mafsil.messages.visible import visible
 
 
-def read(path: Path) -> Job:
+def read(path: str | PathLike[str]) -> Job:
     """The job in a file.
 
     Args:
@@ -33,11 +34,16 @@ def read(path: Path) -> Job:
         FileError: it cannot be read, or is no TOML.
         JobError: a key is unknown, missing, of the wrong type or out of range.
     """
-    return parse(text_of(path), source=path.name, folder=path.parent)
+    place = Path(path)
+    return parse(text_of(place), source=place.name, folder=place.parent)
 
 
 def parse(
-    text: str, source: str = "<text>", variables: Mapping[str, object] | None = None, *, folder: Path | None = None
+    text: str,
+    source: str = "<text>",
+    variables: Mapping[str, object] | None = None,
+    *,
+    folder: str | PathLike[str] | None = None,
 ) -> Job:
     """The job in a text.
 
@@ -52,13 +58,14 @@ def parse(
         JobError: a key is unknown, missing, of the wrong type or out of range; a variable is unknown.
     """
     data = tables_of(text, source)
-    data, cells = with_cells(data, folder or Path(), lines.Places(text, visible(source)))
+    place = Path(folder or "")
+    data, cells = with_cells(data, place, lines.Places(text, visible(source)))
     places = lines.Places(text, visible(source), cells=cells)
     data = substituted(data, variables or {}, places.error)
     file = _check(data, places.error)
     metric = in_si(file, data)
     others = other_robots(metric.other_robot, places.error)
-    job = msgspec.structs.replace(resolved(metric, others, folder or Path(), places.error), cells=cells)
+    job = msgspec.structs.replace(resolved(metric, others, place, places.error), cells=cells)
     if not job.move:
         raise places.error("job.no_moves", ("move",))
     require_order(job, places.of(job).error)

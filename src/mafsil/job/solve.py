@@ -76,7 +76,7 @@ class _Again:
 def solve(
     job: Job,
     text: str,
-    folder: Path,
+    folder: str | os.PathLike[str],
     watcher: Watcher | None = None,
     source: str = "<text>",
     *,
@@ -183,7 +183,7 @@ def with_runs(job: Job, runs: int) -> Job:
 
 
 def prepare(
-    job: Job, text: str, folder: Path, watcher: Watcher | None = None, source: str = "<text>"
+    job: Job, text: str, folder: str | os.PathLike[str], watcher: Watcher | None = None, source: str = "<text>"
 ) -> tuple[Robot, Plan] | Refusal:
     """The robot of a job and the motion that the job asks for; nothing is simulated. Arguments as for `solve`.
 
@@ -193,11 +193,12 @@ def prepare(
     eye = watcher or _Nobody()
     eye.enter("stage_robot")
     places = Places(text, source).of(job)
-    tools = equipment_of(job, folder, places)
+    home = Path(folder)
+    tools = equipment_of(job, home, places)
     robot = tools[0].robot
     require_fit(job, robot, places)
-    job = with_files(job, folder, places)
-    neighbours = neighbours_of(job, folder, places)
+    job = with_files(job, home, places)
+    neighbours = neighbours_of(job, home, places)
     eye.enter("stage_planning")
     without_forces = kinematic(job, tools[0], places)
     motion = plan(job, tools, eye.update, text, neighbours)

@@ -12,7 +12,7 @@ from typing import Any
 from mafsil.errors import FileError
 from mafsil.job.lines import BilingualFileError
 from mafsil.messages.visible import visible
-from mafsil.regular_file import reason, regular_bytes
+from mafsil.regular_file import is_folder, reason, regular_bytes
 from mafsil.toml_source import parsed_toml
 
 REASONS = (
@@ -51,7 +51,7 @@ def text_of(path: Path, name: str | None = None) -> str:
         FileError: missing, unreadable, too large, not UTF-8.
     """
     shown = visible(str(path)) if name is None else name
-    if path.is_dir():
+    if is_folder(path):
         raise FileError("job.directory", path=shown)
     try:
         data = regular_bytes(path, LARGEST_FILE + 1)

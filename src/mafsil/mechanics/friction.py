@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.errors import ModelError
 from mafsil.model import Friction, Mechanism
-from mafsil.model.joint import require_lines
 
 SMOOTHING = 1e-3
 """Rate [rad/s | m/s] within which Coulomb friction changes its sign."""
@@ -51,7 +51,9 @@ def friction_law(mechanism: Mechanism) -> FrictionLaw:
     Raises:
         ModelError: one of them follows another along a curve.
     """
-    require_lines(joint for joint in mechanism.joints if joint.friction is not None)
+    for joint in mechanism.joints:
+        if joint.friction is not None and joint.mimic is not None and joint.mimic.higher:
+            raise ModelError("model.curved_friction", joint=joint.name, leader=joint.mimic.leader)
     place = {joint.name: k for k, joint in enumerate(mechanism.coordinates)}
     rows, gains = list[tuple[float, ...]](), list[Floats]()
     for joint in mechanism.joints:

@@ -16,6 +16,8 @@ from mafsil.model.vocabulary import Row, Treatment, Version, Vocabulary, Word
 from mafsil.model.xml_tree import Element
 
 _FOREIGN = ("xmlns", "xml:", "xsi:")
+_KNOWN = "drake:"
+"""A prefix whose words the vocabularies hold: others under it are slips."""
 """Beginnings of attributes that belong to XML itself."""
 _MOST_KNOWN = 12
 """Names listed where none is near."""
@@ -110,7 +112,7 @@ def _report_unknown_part(reading: Reading, child: Element, parent: str, row: Row
     near = nearest_words(child.tag, tuple(row.parts))
     if row.extensible and not near:
         reading.report(IGNORED_ELEMENT, child, element=child.tag)
-    elif near or not (row.judged or (":" in child.tag and not vocabulary.strict)):
+    elif near or not (row.judged or (":" in child.tag and not child.tag.startswith(_KNOWN) and not vocabulary.strict)):
         reading.report(
             vocabulary.unknown_part, child, None, None,
             element=child.tag, parent=parent, format=vocabulary.format, known=_list(near or row.parts),

@@ -38,6 +38,7 @@ from mafsil.model.limits import Limits
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import pose_from_xyz_rpy
+from mafsil.regular_file import is_file
 from mafsil.toml_source import read_toml
 
 REVOLUTE, PRISMATIC = JointKind.REVOLUTE, JointKind.PRISMATIC
@@ -60,7 +61,7 @@ _FRAME_KEYS = ("xyz", "rpy")
 def loop_file_of(path: Path) -> Path | None:
     """The file of loops beside the file of a robot, if there is one."""
     beside = path.with_suffix(ENDING)
-    return beside if beside.is_file() else None
+    return beside if is_file(beside) else None
 
 
 def with_loops(mechanism: Mechanism, path: str | Path) -> Mechanism:

@@ -14,7 +14,7 @@ from mafsil.messages import language as current_language
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
-from mafsil.regular_file import reason, whole_text
+from mafsil.regular_file import is_folder, reason, whole_text
 from mafsil.report.results import FORMAT
 
 UNITS = {
@@ -129,7 +129,7 @@ def compare_results(before: str | Path, after: str | Path) -> ResultsComparison:
 
 def _read(path: Path) -> tuple[dict[str, Any], list[str]]:
     """Results and lines of the job of one run."""
-    file = path / "results.json" if path.is_dir() else path
+    file = path / "results.json" if is_folder(path) else path
     shown = visible(str(file))
     try:
         data = cast("dict[str, Any]", json.loads(whole_text(file, LARGEST_FILE), parse_int=float))

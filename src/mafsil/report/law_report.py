@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ LABELS = (
 FORMAT = "mafsil-laws-1"
 
 
-def write_law_report(bench: LawBench, job: Job, text: str, directory: Path) -> Path:
+def write_law_report(bench: LawBench, job: Job, text: str, directory: str | os.PathLike[str]) -> Path:
     """Write page and numbers of laws side by side into a directory, as `write_results` does those of a run.
 
     Args:
@@ -53,7 +54,7 @@ def write_law_report(bench: LawBench, job: Job, text: str, directory: Path) -> P
         write_file(folder / "results.json", json.dumps(data, ensure_ascii=False, indent=2, allow_nan=False).encode())
         write_file(folder / "job.toml", text.encode())
 
-    return write_folder(directory, write)
+    return write_folder(Path(directory), write)
 
 
 def render_laws(page: LawPage, *others: LawPage) -> str:

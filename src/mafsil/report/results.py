@@ -37,7 +37,7 @@ _ORPHAN_AGE = 3600.0
 _EXCHANGE = 2
 
 
-def write_results(run: Run, directory: Path) -> Path:
+def write_results(run: Run, directory: str | os.PathLike[str]) -> Path:
     """Write report, recording and numbers of a run into a directory.
 
     Args:
@@ -51,7 +51,7 @@ def write_results(run: Run, directory: Path) -> Path:
         InputError: the directory holds something that is no result of ours.
         OSError: the disk is full, the place is not writable.
     """
-    return write_folder(directory, lambda partial: _write_all(run, partial))
+    return write_folder(Path(directory), lambda partial: _write_all(run, partial))
 
 
 def write_folder(directory: Path, write: Callable[[Path], None]) -> Path:

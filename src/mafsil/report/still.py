@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from mafsil.whole_file import write_whole
 
 
 @of_any_mechanism
-def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) -> None:
+def write_picture(mechanism: Mechanism, path: str | os.PathLike[str], q: ArrayLike | None = None) -> None:
     """Write a self-contained HTML file that shows the robot in 3D.
 
     Args:
@@ -40,4 +41,4 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
         "floor": floor,
     }
     subtitle = " · ".join(mechanism.joint_names)
-    write_whole(path, render_picture(mechanism.name, subtitle, scene, language()).encode())
+    write_whole(Path(path), render_picture(mechanism.name, subtitle, scene, language()).encode())

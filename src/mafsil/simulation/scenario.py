@@ -213,6 +213,12 @@ class Scenario:
         if n != self.robot.n:
             raise InputError("input.shape", name="law", expected=f"n = {self.robot.n}", got=f"n = {n}", hint="")
 
+    def _remark_on_friction(self) -> None:
+        """Warn of friction in joints that close loops, which the plant leaves out."""
+        loops = [joint.name for joint in self.true_plant.robot.mechanism.loops if joint.friction is not None]
+        if loops and self.true_plant.friction:
+            warn(InputWarning("simulation.loop_friction", joints=", ".join(loops)))
+
     def _remark_on_start(self, q: JointVector) -> None:
         """Warn of a start in degrees, or beyond the joint limits."""
         remark_on_degrees(self.robot, "q", q.tolist())
@@ -235,6 +241,7 @@ class Scenario:
             require_finite(name, as_batch(name, x, (self.robot.n,))) for name, x in zip(("q", "qd"), given, strict=True)
         )
         self._remark_on_start(q)
+        self._remark_on_friction()
         shape = np.broadcast_shapes(q.shape, qd.shape)
         if self.variants is not None:
             shape = (self.variants.count, self.robot.n)

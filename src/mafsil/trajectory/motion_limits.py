@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -66,7 +66,7 @@ class MotionLimits:
         Args:
             n: number of coordinates.
             position, velocity, acceleration, jerk, effort: a magnitude that holds in both directions, a number or (n,);
-                or a tuple (lower, upper) of such. Lists and arrays are magnitudes.
+                or a tuple (lower, upper) of such, or an array (2, n) of both. Other lists and arrays are magnitudes.
 
         Raises:
             InputError: a shape that does not fit n, a NaN, a lower bound above the upper one, or bounds of a derivative
@@ -74,6 +74,12 @@ class MotionLimits:
         """
         given = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk, "effort": effort}
         return cls(_bounds("position", position, n), **{name: _bounds(name, bound, n) for name, bound in given.items()})
+
+    @property
+    def unbounded(self) -> tuple[str, ...]:
+        """Of position, velocity, acceleration and jerk those that no coordinate has a bound of."""
+        names = ("position", "velocity", "acceleration", "jerk")
+        return tuple(name for name in names if not np.isfinite(getattr(self, name)).any())
 
     @classmethod
     def of_joints(cls, limits: JointLimits) -> MotionLimits:
@@ -119,10 +125,11 @@ def share_of(value: Floats, bound: Floats) -> Floats:
 
 def _bounds(name: str, bound: Bound, n: int) -> Floats:
     """(2, n) lower and upper bounds."""
-    if isinstance(bound, tuple) and len(bound) == 2:
-        lower, upper = (_row(f"{name}[{k}]", side, n) for k, side in enumerate(bound))
+    if (isinstance(bound, tuple) and len(bound) == 2) or getattr(bound, "shape", None) == (2, n):
+        pair = cast("tuple[ArrayLike, ArrayLike]", bound)
+        lower, upper = (_row(f"{name}[{k}]", side, n) for k, side in enumerate(pair))
     else:
-        upper = _row(name, bound, n)
+        upper = _row(name, cast("ArrayLike", bound), n)
         lower = -upper
     return np.stack([lower, upper])
 

@@ -46,7 +46,9 @@ CASES = (
         after='<equality><connect body1="a" body2="cube" anchor="1 0 0"/>'
               '<connect body1="cube" body2="b" anchor="0 1 0"/></equality>\n',
     ), "M0729", 7, False, True, accepted=True),
-    Case("ball joint", joint('<joint name="j" type="ball" pos="0 0 1"/>'), "M0711", 4, True, True),
+    Case("ball joint", joint('<joint name="j" type="ball" pos="0 0 1"/>'), "M0711", 4, True, True,
+         accepted=True),
+    Case("armature of a ball", joint('<joint name="j" type="ball" armature="0.1"/>'), "M0730", 4, False, False),
     Case("unknown joint type", joint('<joint type="screw"/>'), "J0401", 4, True, True),
     Case("zero axis", joint('<joint axis="0 0 0"/>'), "J0404", 4, True, True),
     Case("inverted range", joint('<joint range="1 -1"/>'), "J0412", 4, True, True),

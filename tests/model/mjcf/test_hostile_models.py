@@ -37,9 +37,10 @@ def test_code_line_and_repair(case: Case) -> None:
 
 def test_ball_becomes_three_hinges() -> None:
     (case,) = [case for case in CASES if case.name == "ball joint"]
-    mechanism = mjcf.read(case.data, repair=True)
-    assert mechanism.joint_names == ("j_x", "j_y", "j_z")
-    assert any("M0711" in note for note in mechanism.provenance.notes)
+    for repair in (False, True):
+        mechanism = mjcf.read(case.data, repair=repair)
+        assert mechanism.joint_names == ("j_x", "j_y", "j_z")
+        assert any("M0711" in note for note in mechanism.provenance.notes)
 
 
 def test_weld_is_a_loop_with_the_drawn_pose() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from mafsil.errors import FileError
 from mafsil.model import JointKind, Mechanism, mjcf
+from mafsil.robot import Robot
 from tests.corpus.mujoco_file import MuJoCoFile
 
 pytest.importorskip("mujoco")
@@ -203,3 +204,30 @@ def test_a_mesh_is_drawn_where_it_weighs(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         shape.T_lg[:3, :3] @ [0.1, 0.15, 0.05] + shape.T_lg[:3, 3], link.inertial.com, atol=1e-12
     )
+
+
+BALLS = """
+<body name="a" pos="0 0 1" euler="20 30 50"><joint name="h" axis="1 2 0" pos="0 .1 0"/>
+  <geom type="capsule" size=".05 .2"/><body name="b" pos=".1 .2 .3" euler="10 -40 70">
+    <frame euler="30 0 20" pos="0.05 0 0"><joint name="b" type="ball" pos=".02 .03 .1" damping="0.1"/></frame>
+    <inertial pos="0.1 0.2 0" mass="2" fullinertia="1 2 2.5 .1 .2 .3"/><site name="pinch" pos="0 0 .1"/>
+    <body name="c" pos="0 0 .4"><joint type="ball"/><geom type="box" size=".1 .2 .3"/>
+      <body name="d" pos="0 .2 0"><joint type="ball"/><joint name="e" type="slide" axis="0 1 1"/>
+        <geom type="sphere" size=".1"/></body></body></body></body>"""
+
+
+def test_balls_are_three_hinges_with_the_same_motion_and_forces() -> None:
+    """A body that is called like its ball keeps what refers to it, and motors of a ball are left out."""
+    mechanism = agreed(
+        document(BALLS).replace("</mujoco>", "<actuator><motor joint='b'/><motor joint='e'/></actuator></mujoco>")
+    )
+    assert mechanism.joint_names[1:4] == ("b_x", "b_y", "b_z")
+    assert mechanism.n == 11
+    assert "pinch" in mechanism.link_names
+    said = notes(mechanism)
+    assert said.count("M0711") == 3
+    assert 'damping="0.1"' in said
+    text, _ = mjcf.repair(document(BALLS).replace(' damping="0.1"', ""))
+    for q in np.random.default_rng(0).normal(size=(5, 11)):
+        poses = [Robot(mjcf.read(each)).link_poses(q) for each in (text, document(BALLS))]
+        np.testing.assert_allclose(*poses, atol=1e-14)

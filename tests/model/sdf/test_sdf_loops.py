@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.errors import FileError
 from mafsil.model import JointKind, sdf
 from mafsil.parallel import ClosedChain
 
@@ -103,12 +102,37 @@ def test_balls_springs_and_joints_of_no_effort_are_not_driven_and_no_frame_of_a_
     assert sdf.read(bars(ENDS, "ABDC")).tip == "coupler"
 
 
-def test_parts_that_hang_on_nothing_are_still_named():
+def test_friction_of_a_joint_that_closes_a_loop_is_left_out_and_said():
+    head, plain, tail = bars(ENDS, "ABDC").rpartition("<axis><xyz>0 0 1</xyz></axis>")
+    damped = "<dynamics><damping>0.5</damping></dynamics></axis>"
+    for axis, said in ((plain, False), (plain.replace("</axis>", damped), True)):
+        robot = mf.Robot(sdf.read(head + axis + tail))
+        still = mf.trajectory.profiles.rest(ClosedChain(robot).closed(np.zeros(robot.n)).q, 0.01)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            mf.Scenario(robot=robot, trajectory=still, law=lambda t, q, qd, reference: 0.0 * q).start()
+        assert any("friction of joints that close loops (C)" in str(each.message) for each in caught) == said
+
+
+def test_parts_that_hang_on_nothing_are_left_out_and_named():
+    """The robot is the part with the most moving joints, wherever it stands in the file."""
     text = bars({**ENDS, "D": ("rocker", "coupler"), "C": ("rocker", "coupler")}, "ABDC")
-    assert sdf.read(text).loops
-    lonely = text.replace("</model>", '<link name="lonely"/></model>')
-    with pytest.raises(FileError, match="lonely"):
-        sdf.read(lonely)
+    robot = sdf.read(text)
+    assert robot.loops
+    table = '<link name="top"/><link name="leg"/>'
+    table += '<joint name="glue" type="fixed"><parent>top</parent><child>leg</child></joint>'
+    cart = '<link name="rail"/><link name="cart"/>'
+    cart += '<joint name="drive" type="prismatic"><parent>rail</parent><child>cart</child>'
+    cart += "<axis><xyz>1 0 0</xyz></axis></joint>"
+    first = text.index("<link")
+    for lonely in ('<link name="top"/>', table, cart, table + cart):
+        for at in (first, text.rindex("</model>")):
+            report = sdf.diagnose(text[:at] + lonely + text[at:])
+            said = {str(d.details["body"]) for d in report if d.code == "M0722"}
+            assert report.mechanism is not None
+            assert said == {name for name in ("top", "rail") if f'"{name}"' in lonely}
+            assert set(report.mechanism.link_names) == set(robot.link_names)
+            assert report.mechanism.n == robot.n
 
 
 @pytest.mark.parametrize(

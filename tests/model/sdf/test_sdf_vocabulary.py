@@ -96,3 +96,25 @@ def test_words_that_were_given_up_are_read_in_their_versions_and_ignored_later()
     for version in ("1.5", "1.6"):
         assert "F0140" not in sdf.diagnose(model(version=version, pose="frame='a'")).codes
     assert "F0140" not in sdf.diagnose(model(version="1.4", pose="relative_to='a' degrees='true'")).codes
+
+
+FINGERS = """<sdf version='1.9' xmlns:drake='http://drake.mit.edu'>
+<model name='m'><link name='a'/><link name='b'/><link name='c'/>
+<joint name='l' type='prismatic'><parent>a</parent><child>b</child><axis><xyz>0 1 0</xyz></axis></joint>
+<joint name='r' type='prismatic'><parent>a</parent><child>c</child>
+{}<axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"""
+
+
+def test_what_drake_adds_is_read_or_said() -> None:
+    follower = sdf.read(FINGERS.format("<drake:mimic joint='l' multiplier='-0.5' offset='0.25'/>"))
+    assert follower.n == 1
+    (mimic,) = (joint.mimic for joint in follower.joints if joint.mimic is not None)
+    assert (mimic.leader, mimic.multiplier, mimic.offset) == ("l", -0.5, 0.25)
+    plain = sdf.read(FINGERS.format("<drake:mimic joint='l'/>")).joints[-1].mimic
+    assert plain is not None
+    assert (plain.multiplier, plain.offset) == (1.0, 0.0)
+    for slip, code in (("<drake:mimc joint='l'/>", "F0133"), ("<drake:nothing/>", "F0133"), ("<mine:extra/>", "")):
+        codes = sdf.diagnose(FINGERS.format(slip)).codes
+        assert (code in codes) == bool(code)
+    ball = "</joint><drake:ball_constraint><drake:body_A>a</drake:body_A></drake:ball_constraint></model>"
+    assert "M0702" in sdf.diagnose(FINGERS.format("").replace("</joint></model>", ball)).codes

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+MOMENTS = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+INERTIAL = f'<inertial><mass value="1"/>{MOMENTS}</inertial>'
 LINKS = f'<link name="a">{INERTIAL}</link>\n<link name="b">\n{INERTIAL}\n</link>\n'
 ENDS = '<parent link="a"/><child link="b"/>'
 LIMIT = '<limit lower="-1" upper="1" effort="5" velocity="2"/>'
@@ -258,6 +259,9 @@ CASES = (
     Case("massless", sound().replace(INERTIAL.encode(), INERTIAL.replace('"1"', '"0"').encode()),
          "I0502", 2, False, True, accepted=True),
     Case("inertia zero", _moment("0", "0", "0"), "I0507", 2, False, True, accepted=True),
+    Case("inertia not written", sound().replace(MOMENTS.encode(), b""), "I0507", 2, False, True, accepted=True),
+    Case("inertia of a diagonal", sound().replace(b'ixy="0" ixz="0" ', b""), "I0509", 2, True, True, accepted=True),
+    Case("moment not written", sound().replace(b'ixx="1" ', b""), "N0201", 2, True, False),
     Case("inertia not positive", _moment("-0.1"), "I0505", 2, True, True, accepted=True),
     Case("geometry empty", _shape("<geometry/>"), "G0601", 4, False, True, accepted=True),
     Case("geometry unknown", _shape("<geometry><cone/></geometry>"), "G0602", 4, True, True, accepted=True),

@@ -19,6 +19,7 @@ from mafsil.job.lines import Places
 from mafsil.job.surrounding_tables import FILE_KEYS
 from mafsil.job.text import tables_of, text_of
 from mafsil.messages.visible import visible
+from mafsil.regular_file import is_file, whole_path
 
 TABLE = "include"
 FILES: dict[str, Sequence[str]] = {
@@ -49,7 +50,7 @@ def with_cells(data: dict[str, Any], folder: Path, places: Places) -> tuple[dict
         JobError: a cell that includes itself, has moves, or says angles or lengths in another unit.
     """
     merging = _Merging(dict(data), [])
-    merging.include(data.get(TABLE, ()), folder, ((folder / places.source).resolve(),), places)
+    merging.include(data.get(TABLE, ()), folder, (whole_path(folder / places.source),), places)
     return merging.data, tuple(merging.cells)
 
 
@@ -87,7 +88,7 @@ def _name(given: object, names: Sequence[str], folder: Path) -> object:
 def _beside(name: str, folder: Path) -> str:
     """The path of a file beside a cell; what lies elsewhere, or is no file, stays as it is."""
     path = folder / name
-    return str(path) if Path(name).suffix and path.is_file() else name
+    return str(path) if Path(name).suffix and is_file(path) else name
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +111,7 @@ class _Merging:
             keys: Keys = (TABLE,) if isinstance(names, str) else (TABLE, k)
             if not isinstance(name, str):
                 continue
-            path = (folder / name).resolve()
+            path = whole_path(folder / name)
             if path in above or len(above) >= DEEPEST or len(self.cells) >= MOST_CELLS:
                 raise above_places.error("job.include_circle", keys, cell=visible(name), most=DEEPEST)
             source = visible(name)

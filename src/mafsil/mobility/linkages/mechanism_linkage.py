@@ -28,7 +28,7 @@ from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 from mafsil.model.joint import require_lines
 from mafsil.model.library import spelled
 from mafsil.model.loading import RobotLike, as_mechanism
-from mafsil.regular_file import whole_text
+from mafsil.regular_file import is_file, whole_text
 from mafsil.toml_source import LARGEST_FILE, parsed_toml
 
 LinkageLike: TypeAlias = Linkage | FourBar | RobotLike
@@ -66,7 +66,7 @@ def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
         return drawn if q is None else drawn_at(drawn, q)
     if isinstance(source, str | PathLike):
         path = Path(source)
-        if path.suffix.lower() == ".toml" and path.is_file() and _describes_linkage(path):
+        if path.suffix.lower() == ".toml" and is_file(path) and _describes_linkage(path):
             return read_linkage(path)
     return linkage_of(as_mechanism(source, keeps_loops=True), q)
 

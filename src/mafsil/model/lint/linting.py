@@ -33,6 +33,7 @@ from mafsil.model.source import Text, load
 from mafsil.model.urdf.vocabulary import WIDER_LIMITS, version_of
 from mafsil.model.xacro import is_xacro, left_over
 from mafsil.model.xml_tree import DEFAULT_LIMITS, Element, Refusal, parse
+from mafsil.regular_file import is_file
 
 MOVING = ("revolute", "prismatic", "continuous")
 """Joints whose limits our reader looks at."""
@@ -169,7 +170,7 @@ def _combine(reader: FileReader, *, repairs: bool) -> Callable[[Text], Report]:
 def _reader(source: str | PathLike[str], packages: Iterable[str | Path]) -> FileReader | None:
     """The reader of a file's format, or None for a table or a name."""
     path = Path(source)
-    if path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()):
+    if path.suffix.lower() == ".toml" or not (path.suffix or is_file(path)):
         return None
     requested = source if isinstance(source, RobotFile) else RobotFile(str(source), {})
     return reader_of(path, packages, requested.texts, requested.model)

@@ -24,9 +24,10 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Inertial, Link
 from mafsil.model.mjcf.geom import Geom, along_line, read_geom
 from mafsil.model.mjcf.inertial import Matters, inertial_of
-from mafsil.model.mjcf.joint import Hinge, read_joint
+from mafsil.model.mjcf.joint import Hinge, read_ball, read_joint
 from mafsil.model.mjcf.orientation import read_pose
 from mafsil.model.mjcf.scope import Part, Scope, Unfolding
+from mafsil.model.numbers import written
 from mafsil.model.placement import screw_motion, translation
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, escaped
@@ -54,7 +55,7 @@ class Tree:
         floating: bodies in the world that a free joint leaves loose, with what was reported about each and what hangs
             on it.
         guided: bodies that a user of the simulation moves by hand (`mocap`).
-        left_out: names of bodies and joints that are not part of the mechanism.
+        left_out, absent_joints: names of bodies, and of joints, that are not part of the mechanism.
         soft: beginnings of the names of bodies that a soft object would be made of.
     """
 
@@ -75,6 +76,7 @@ class Tree:
     )
     guided: set[str] = field(default_factory=set[str])
     left_out: set[str] = field(default_factory=set[str])
+    absent_joints: set[str] = field(default_factory=set[str])
     soft: list[str] = field(default_factory=list[str])
 
     def free(self, name: str, taken: Container[str]) -> str:
@@ -224,7 +226,7 @@ class TreeReader:
         """A body that floats in the world is noted; inside another body that is not possible."""
         if place.parent == WORLD:
             self.tree.floating[body] = (part.element, [])
-            self.tree.left_out.add(part.scope.named(part.element.get("name")))
+            self.tree.absent_joints.add(part.scope.named(part.element.get("name")))
         else:
             self.reading.report(FREE_JOINT, part.element, None, self.reading.remove(part.element), body=body)
 
@@ -236,24 +238,29 @@ class TreeReader:
         if kind == "free":
             self._free(part, body, place)
             return []
-        if kind == "ball":
-            joint = element.get("name")
-            tree.left_out.add(part.scope.named(joint))
-            reading.report(BALL_JOINT, part.element, None, _three_hinges(reading, part.element), joint=joint)
-            return []
         name = tree.free("joint", tree.elements)
         if "name" in element.attributes:
             name = reading.name(element) and part.scope.named(element.get("name"))
+        if kind == "ball":
+            tree.absent_joints.add(name)
+            tree.elements.setdefault(name, part.element)
+            reading.report(BALL_JOINT, part.element, None, _three_hinges(reading, part, element), joint=name)
+            return self._unique(part, read_ball(reading, element, name, part.T))
         hinge = read_joint(reading, element, name, settings, part.T)
-        if hinge is None:
-            return []
-        if hinge.name in tree.elements:
-            line = tree.elements[hinge.name].line
-            reading.report(DUPLICATE_JOINT, part.element, "name", joint=hinge.name, line=line)
-            return []
-        tree.elements[hinge.name] = part.element
-        tree.references[hinge.name] = hinge.reference
-        return [hinge]
+        return [] if hinge is None else self._unique(part, [hinge])
+
+    def _unique(self, part: Part, hinges: list[Hinge]) -> list[Hinge]:
+        """The joints of an element, unless another has a name of theirs."""
+        known = self.tree.elements
+        for hinge in hinges:
+            if hinge.name in known:
+                line = known[hinge.name].line
+                self.reading.report(DUPLICATE_JOINT, part.element, "name", joint=hinge.name, line=line)
+                return []
+        for hinge in hinges:
+            known[hinge.name] = part.element
+            self.tree.references[hinge.name] = hinge.reference
+        return hinges
 
     def _geoms(self, parts: list[Part]) -> list[Geom]:
         """The geometries of a body, in its frame."""
@@ -278,14 +285,17 @@ def _site_pose(reading: Reading, part: Part) -> PoseMatrix:
     return frozen(part.T @ T)
 
 
-def _three_hinges(reading: Reading, joint: Element) -> Repair:
-    """The repair that replaces a ball joint; the file must say its name if others refer to it."""
-    name = joint.get("name") or "ball"
+def _three_hinges(reading: Reading, part: Part, styled: Element) -> Repair:
+    """The repair that replaces a ball joint; what refers to it by its name is not repaired."""
+    joint = part.element
+    name = escaped(joint.get("name"))
+    names = {k: f' name="{name}_{k}"' if name else "" for k in "xyz"}
     position = f' pos="{escaped(joint.get("pos"))}"' if "pos" in joint.attributes else ""
-    axes = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
-    text = "".join(f'<joint name="{escaped(name)}_{k}" type="hinge" axis="{a}"{position}/>' for k, a in axes.items())
+    axes = {k: " ".join(map(written, axis)) for k, axis in zip("xyz", part.T[:3, :3], strict=True)}
+    text = "".join(f'<joint{names[k]} type="hinge" axis="{a}"{position}/>' for k, a in axes.items())
     (removal,) = reading.remove(joint).edits
-    return Repair("robotfile.repair_three_hinges", (Edit(removal.start, removal.end, text),))
+    edits, loses = (Edit(removal.start, removal.end, text),), "armature" in styled.attributes
+    return Repair("robotfile.repair_three_hinges", edits, guess=loses)
 
 
 def _add_chain(tree: Tree, parent: str, T: PoseMatrix, body: str, hinges: list[Hinge]) -> None:

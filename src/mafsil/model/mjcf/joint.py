@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
 from mafsil.model.actuator import Actuator, Friction
-from mafsil.model.faults import LIMITS_INVERTED, NEGATIVE_DAMPING, NOT_KEPT, UNKNOWN_TYPE, ZERO_AXIS
+from mafsil.model.faults import BALL_ARMATURE, LIMITS_INVERTED, NEGATIVE_DAMPING, NOT_KEPT, UNKNOWN_TYPE, ZERO_AXIS
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import Limits, bounded
 from mafsil.model.mjcf.settings import Settings, choice
@@ -86,6 +86,27 @@ def read_joint(reading: Reading, element: Element, name: str, settings: Settings
     axis = frozen(T[:3, :3] @ axis)
     wraps = kind is JointKind.REVOLUTE and limits.lower == -inf and limits.upper == inf
     return Hinge(name, kind, frozen(position), axis, reference * factor, limits, wraps, actuator, friction)
+
+
+def read_ball(reading: Reading, element: Element, name: str, T: PoseMatrix) -> list[Hinge]:
+    """A ball joint as three hinges about the axes of the body; what acts on all of them alike is left out and said.
+
+    Args:
+        reading, element, T: as for `read_joint`.
+        name: of the joint.
+    """
+    if armature := magnitude(reading, element, "armature"):
+        reading.report(BALL_ARMATURE, element, "armature", joint=name, armature=armature)
+    for attribute in ("damping", "frictionloss", "stiffness", "range"):
+        if any(reading.vector(element, attribute, len(element.get(attribute).split()), (0.0,), largest=inf) or ()):
+            what = f'{attribute}="{element.get(attribute)}"'
+            reading.report(NOT_KEPT, element, attribute, element=element.tag, what=what)
+    position = reading.vector(element, "pos", 3, (0.0, 0.0, 0.0))
+    if not name or position is None:
+        return []
+    anchor, free = frozen(T[:3, :3] @ np.array(position) + T[:3, 3]), Limits(-inf, inf)
+    axes, kind = zip("xyz", np.eye(3), strict=True), JointKind.REVOLUTE
+    return [Hinge(f"{name}_{k}", kind, anchor, frozen(axis), 0.0, free, True, None, None) for k, axis in axes]
 
 
 def _read_axis(reading: Reading, element: Element, name: str) -> Vector3 | None:

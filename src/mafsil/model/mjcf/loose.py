@@ -134,6 +134,7 @@ def _roots(tree: Tree) -> dict[str, str]:
 
 
 def _leave_out(tree: Tree, links: set[str]) -> None:
-    tree.left_out |= links | {joint.name for joint in tree.joints if joint.child in links}
+    tree.left_out |= links
+    tree.absent_joints |= {joint.name for joint in tree.joints if joint.child in links}
     tree.links = [link for link in tree.links if link.name not in links]
     tree.joints = [joint for joint in tree.joints if joint.child not in links]

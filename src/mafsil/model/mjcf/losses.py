@@ -49,8 +49,15 @@ def losses_of(mechanism: Mechanism, shifted: tuple[str, ...], lacking: Mapping[s
 
 
 def sites_of(mechanism: Mechanism) -> tuple[str, ...]:
-    """Links that are written as sites: frames alone, but for a tip that readers would not choose among sites."""
-    return tuple(name for name in mechanism.frame_names if name != mechanism.tip or is_named_as_tip(name))
+    """Links that are written as sites: frames alone, but for a tip that readers would not choose among sites.
+
+    What carries a link that is a body is one, too.
+    """
+    sites = {name for name in mechanism.frame_names if name != mechanism.tip or is_named_as_tip(name)}
+    for joint in reversed(mechanism.joints):
+        if joint.child not in sites:
+            sites.discard(joint.parent)
+    return tuple(name for name in mechanism.frame_names if name in sites)
 
 
 def stands_in_world(mechanism: Mechanism) -> bool:

@@ -65,17 +65,22 @@ class References:
                     break
         if not found and kind is not None:
             self._report(element, names, scope, suffixes, known, kind)
-        return [row for row in found if not any(name in self.tree.left_out for name in row)]
+        absent = self._absent(known)
+        return [row for row in found if not any(name in absent for name in row)]
+
+    def _absent(self, known: Collection[str]) -> set[str]:
+        """The names of that kind that are not part of the mechanism."""
+        return self.tree.absent_joints if known is self.tree.elements else self.tree.left_out
 
     def _lengthen(self, name: str, scope: Scope, suffix: str, known: Collection[str]) -> str:
         """A name in place, or empty if there is none such."""
         if name in ("", WORLD):
             return WORLD
         for candidate in (f"{scope.prefix}{name}{suffix}", f"{scope.prefix}{name}{scope.suffix}"):
-            if candidate in known or candidate in self.tree.left_out:
+            if candidate in known or candidate in self._absent(known):
                 return candidate
             if candidate.startswith(tuple(f"{soft}_" for soft in self.tree.soft)):
-                self.tree.left_out.add(candidate)
+                self._absent(known).add(candidate)
                 return candidate
         return ""
 

@@ -205,8 +205,12 @@ def _friction(reading: Reading, axis: Element) -> Friction | None:
 
 
 def _mimic(reading: Reading, part: Part, axis: Element) -> Mimic | None:
-    """Q = multiplier (leader - reference) + offset."""
+    """Q = multiplier (leader - reference) + offset; Drake writes it on the joint, without a reference."""
     element = reading.one(axis, "mimic")
+    drake = reading.one(part.element, "drake:mimic") if element is None else None
+    if drake is not None:
+        slope, offset = reading.number(drake, "multiplier", 1.0), reading.number(drake, "offset", 0.0)
+        return None if slope is None or offset is None else Mimic(part.full(drake.get("joint")), slope, offset)
     if element is None:
         return None
     multiplier, offset = number(reading, element, "multiplier", 1.0), number(reading, element, "offset", 0.0)

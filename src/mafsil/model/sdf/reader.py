@@ -5,6 +5,7 @@ Joints of a graph as a tree and what closes its loops: which joint carries which
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -14,6 +15,7 @@ from mafsil.model.audit import audit
 from mafsil.model.faults import (
     DUPLICATE_JOINT,
     DUPLICATE_LINK,
+    LOOSE_OBJECT,
     NO_LINKS,
     SDF_FLOATING,
     SDF_LOOSE,
@@ -75,7 +77,7 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     if reading.failed:
         return None
     name = model.get("name").strip() or "sdf"
-    marks = {part.name for part in parts.of("frame")}
+    marks = {part.name for part in parts.of("frame")} & {link.name for link in assembly.links}
     mechanism = Mechanism.assemble(
         name, assembly.links, joints, loops=assembly.loops, tip=tip, T_lt=T_lt, T_sb=T_sb, gravity=gravity, marks=marks
     )
@@ -173,9 +175,41 @@ def _assemble(reading: Reading, model: Element, parts: Parts, assets: Assets, ve
         result.joints += [_on_world(parts, part, result.base, model, reading) for part in parts.links]
     elif not on_world and loose:
         result.base = loose[0].name
-    if not static and not on_world and loose and not any(part.element.get(IS_BASE) for part in parts.of("joint")):
+    if not static:
+        _leave_out_loose(reading, parts, result)
+    floats = result.base in {part.name for part in loose}
+    if not static and floats and not any(part.element.get(IS_BASE) for part in parts.of("joint")):
         reading.report(SDF_FLOATING, model, None, None, name=model.get("name"), link=result.base)
     return result
+
+
+def _leave_out_loose(reading: Reading, parts: Parts, result: _Assembly) -> None:
+    """Links that no joint connects to the robot, the part with the most moving joints, go with all they carry."""
+    joints = [*(declared.joint for declared in result.joints), *result.loops]
+    names = {link.name for link in result.links}
+    if not {name for joint in joints for name in (joint.parent, joint.child)} <= names:
+        return  # A joint on no link, which is said of the whole.
+    group = _connected(names, joints)
+    moving = Counter(group[joint.child] for joint in joints if joint.moves)
+    robot = max(sorted(set(group.values())), key=lambda name: (moving[name], name == group.get(result.base)))
+    for part in {group[part.name]: part for part in reversed(parts.links) if group[part.name] != robot}.values():
+        reading.report(LOOSE_OBJECT, part.element, None, None, body=part.name)
+    result.links = [link for link in result.links if group[link.name] == robot]
+    result.joints = [declared for declared in result.joints if group[declared.joint.child] == robot]
+    result.loops = [loop for loop in result.loops if group[loop.child] == robot]
+    children = {declared.joint.child for declared in result.joints}
+    if group.get(result.base, robot) != robot:
+        result.base = next(link.name for link in result.links if link.name not in children)
+
+
+def _connected(links: Iterable[str], joints: Iterable[Joint]) -> dict[str, str]:
+    """For each link one of those that joints connect it to, the same for all of them."""
+    group = {link: link for link in links}
+    for joint in joints:
+        first, second = group[joint.parent], group[joint.child]
+        if first != second:
+            group = {link: first if one == second else one for link, one in group.items()}
+    return group
 
 
 def _is_said(part: Part, *, static: bool) -> bool:

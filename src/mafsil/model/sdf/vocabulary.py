@@ -49,7 +49,9 @@ ROWS: Mapping[str, Row] = MappingProxyType(
                 Treatment.CONTACT: "self_collide",
                 Treatment.MEDIUM: "enable_wind",
                 Treatment.COMMAND: "plugin",
-                Treatment.DATA: "gripper model_state",
+                Treatment.DATA: "gripper model_state drake:collision_filter_group",
+                Treatment.LEFT_OUT: "drake:joint drake:ball_constraint drake:linear_bushing_rpy "
+                "drake:linear_spring_damper drake:prismatic_spring",
             },
         ),
         "include": Row(
@@ -82,18 +84,24 @@ ROWS: Mapping[str, Row] = MappingProxyType(
             children="pose geometry density",
             whole={
                 Treatment.SENSING: "laser_retro",
-                Treatment.CONTACT: "max_contacts surface",
+                Treatment.CONTACT: "max_contacts surface drake:proximity_properties",
                 Treatment.DATA: "auto_inertia_params frame@-1.6",
             },
         ),
         "visual": Row(
             "name",
             children="pose geometry material",
-            whole={Treatment.PICTURE: "cast_shadows laser_retro meta plugin transparency visibility_flags", **_PLACED},
+            whole={
+                Treatment.PICTURE: "cast_shadows laser_retro meta plugin transparency visibility_flags "
+                "drake:accepting_renderer",
+                **_PLACED,
+            },
         ),
         "geometry": Row(
             children="box capsule cylinder mesh sphere",
-            whole={Treatment.CONTACT: "cone ellipsoid empty heightmap image plane polyline"},
+            whole={
+                Treatment.CONTACT: "cone ellipsoid empty heightmap image plane polyline drake:capsule drake:ellipsoid"
+            },
             judged=True,
         ),
         "box": Row(children="size"),
@@ -103,7 +111,7 @@ ROWS: Mapping[str, Row] = MappingProxyType(
         "mesh": Row(
             other={Treatment.CONTACT: "optimization"},
             children="uri scale",
-            whole={Treatment.CONTACT: "convex_decomposition", Treatment.LEFT_OUT: "submesh"},
+            whole={Treatment.CONTACT: "convex_decomposition drake:declare_convex", Treatment.LEFT_OUT: "submesh"},
         ),
         "material": Row(
             children="diffuse",
@@ -115,15 +123,23 @@ ROWS: Mapping[str, Row] = MappingProxyType(
         "joint": Row(
             "name type",
             children="parent child pose axis axis2 gearbox_ratio gearbox_reference_body thread_pitch "
-            "screw_thread_pitch",
-            whole={Treatment.SOLVER: "physics", Treatment.SENSING: "sensor", **_PLACED},
+            "screw_thread_pitch drake:gear_ratio drake:rotor_inertia drake:mimic",
+            whole={
+                Treatment.SOLVER: "physics",
+                Treatment.SENSING: "sensor",
+                Treatment.COMMAND: "drake:controller_gains",
+                **_PLACED,
+            },
         ),
         "axis": _AXIS,
         "axis2": _AXIS,
         "xyz": Row("expressed_in"),
         "dynamics": Row(children="damping friction spring_stiffness", whole={Treatment.SPRING: "spring_reference"}),
-        "limit": Row(children="lower upper effort velocity", whole={Treatment.SOLVER: "stiffness dissipation"}),
+        "limit": Row(
+            children="lower upper effort velocity drake:acceleration", whole={Treatment.SOLVER: "stiffness dissipation"}
+        ),
         "mimic": Row("joint axis", children="multiplier offset reference"),
+        "drake:mimic": Row("joint multiplier offset"),
     }
 )
 """What becomes of everything that a file may hold; elements without a row are text alone."""

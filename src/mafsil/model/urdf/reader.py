@@ -27,6 +27,7 @@ from mafsil.model.faults import (
     NO_LINKS,
     ONLY_MACROS,
     SELF_JOINT,
+    TENSOR_INCOMPLETE,
     TWO_PARENTS,
     TWO_ROOTS,
     UNKNOWN_LINK,
@@ -55,6 +56,7 @@ from mafsil.model.xml_tree import Element, ReadLimits
 CLOSE = 0.8
 """Share of letters that a misspelt name has in common with what it means."""
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+PRODUCTS = ("ixy", "ixz", "iyz")
 
 
 def _build(reading: Reading, assets: Assets, source: str, limits: ReadLimits) -> Mechanism | None:
@@ -129,7 +131,7 @@ def _read_inertial(reading: Reading, link: Element, name: str) -> Inertial | Non
         return None
     without = reading.remove(element)
     mass = _read_mass(reading, element, without)
-    moments = _read_moments(reading, element, without)
+    moments = _read_moments(reading, element, name, without)
     T = read_origin(reading, element)
     if mass is None or moments is None:
         return None
@@ -147,15 +149,20 @@ def _read_mass(reading: Reading, inertial: Element, without: Repair) -> float | 
     return reading.number(mass, "value", fallback=without)
 
 
-def _read_moments(reading: Reading, inertial: Element, without: Repair) -> Floats | None:
+def _read_moments(reading: Reading, inertial: Element, name: str, without: Repair) -> Floats | None:
+    """The tensor; what is not written off its diagonal is zero, and so is one that is not written at all."""
     element = reading.one(inertial, "inertia")
     if element is None:
-        reading.report(MISSING_ELEMENT, inertial, None, without, element="inertia", parent="inertial")
-        return None
-    values = [reading.number(element, key, fallback=without) for key in MOMENTS]
+        return np.zeros((3, 3))
+    missing = [key for key in PRODUCTS if key not in element.attributes]
+    values = [reading.number(element, key, 0.0 if key in missing else None, fallback=without) for key in MOMENTS]
     known = [value for value in values if value is not None]
     if len(known) < len(values):
         return None
+    if missing:
+        edits = tuple(reading.document.set_attribute(element, key, "0") for key in missing)
+        repair = Repair("robotfile.repair_products", edits)
+        reading.report(TENSOR_INCOMPLETE, element, None, repair, link=name, missing=", ".join(missing))
     ixx, ixy, ixz, iyy, iyz, izz = known
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 

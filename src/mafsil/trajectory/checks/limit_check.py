@@ -75,14 +75,16 @@ class Violation:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class LimitCheck(Answer, data="violations", entries="violations"):
+class LimitCheck(Answer, data="violations unchecked", entries="violations"):
     """True if the trajectory keeps every limit; iterable over the violations.
 
     Attributes:
         violations: one for each limit that is exceeded, at its worst.
+        unchecked: what no limit was given of, such as the jerk.
     """
 
     violations: tuple[Violation, ...]
+    unchecked: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
         return not self.violations
@@ -93,10 +95,23 @@ class LimitCheck(Answer, data="violations", entries="violations"):
         return LimitStatus.EXCEEDED if self.violations else LimitStatus.KEPT
 
     def explain(self, language: str | None = None) -> str:
-        """One line per violation, or a sentence that there is none."""
+        """One line per violation, or a sentence that there is none; and what was not checked for lack of a limit."""
         if not self.violations:
-            return self.status.sentence(language)
+            return self.status.sentence(language) + not_checked(self.unchecked, language)
         return "\n".join(violation.explain(language) for violation in self.violations)
+
+
+def not_checked(quantities: tuple[str, ...], language: str | None = None) -> str:
+    """The end of a sentence about limits: what none was given of; nothing if all were.
+
+    Args:
+        quantities: their names.
+        language: of the words.
+    """
+    if not quantities:
+        return ""
+    words = (say(f"trajectory.{'upper' if each == 'position' else each}", language=language) for each in quantities)
+    return say("trajectory.not_checked", language=language, quantities=", ".join(words))
 
 
 def check(
@@ -144,7 +159,7 @@ def check(
                 place = (float(moments[at[joint]]), float(reached[joint]), float(bound[joint]))
                 if (labels[joint], quantity) not in jumped:
                     found.append((float(excess[joint]), Violation(labels[joint], quantity, *place)))
-    return LimitCheck(worst_of_each(found))
+    return LimitCheck(worst_of_each(found), bounds.unbounded)
 
 
 def jumps_over(

@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, not_negative, require_kind, whole
 from mafsil.model.limits import MEASURED
-from mafsil.trajectory.checks.limit_check import Violation, jumps_over, worst_of_each
+from mafsil.trajectory.checks.limit_check import Violation, jumps_over, not_checked, worst_of_each
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.splines.bspline import BSpline
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
@@ -21,7 +21,7 @@ QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class LimitProof(Answer, data="violations in_doubt halvings tolerance", entries="violations"):
+class LimitProof(Answer, data="violations in_doubt halvings tolerance unchecked", entries="violations"):
     """True if it is proven that every limit is kept at every time.
 
     Attributes:
@@ -29,12 +29,14 @@ class LimitProof(Answer, data="violations in_doubt halvings tolerance", entries=
         in_doubt: pieces whose hulls still reach beyond a limit after all halvings, while no value does.
         halvings: how often doubtful pieces were halved; -1 if the control points as they are were enough.
         tolerance: a limit is kept if it is exceeded by no more than this, relative to max(1, limit).
+        unchecked: what no limit was given of, such as the jerk.
     """
 
     violations: tuple[Violation, ...]
     in_doubt: int
     halvings: int
     tolerance: float
+    unchecked: tuple[str, ...] = ()
 
     @property
     def status(self) -> ProofStatus:
@@ -47,9 +49,10 @@ class LimitProof(Answer, data="violations in_doubt halvings tolerance", entries=
         """What is proven, or where a limit is exceeded, or how much is in doubt."""
         if self.violations:
             return "\n".join(violation.explain(language) for violation in self.violations)
-        return self.status.sentence(
+        sentence = self.status.sentence(
             language, in_doubt=self.in_doubt, halvings=max(self.halvings, 0), tolerance=self.tolerance
         )
+        return sentence + not_checked(self.unchecked, language)
 
 
 def prove(
@@ -90,7 +93,7 @@ def prove(
         return LimitProof(worst_of_each([(abs(leap.jump), leap) for leap in leaps]), 0, -1, tolerance)
     # 1
     if isinstance(trajectory, BSpline) and _hull_keeps(trajectory, bounds, tolerance):
-        return LimitProof((), 0, -1, tolerance)
+        return LimitProof((), 0, -1, tolerance, bounds.unbounded)
     # 2
     require_kind("trajectory", trajectory, "BSpline or PiecewisePolynomial", "derivative")
     pieces = trajectory.to_polynomial() if isinstance(trajectory, BSpline) else trajectory
@@ -109,7 +112,7 @@ def prove(
                 limit = high if found.value > high else low
                 name = quantity if order else "upper" if found.value > high else "lower"
                 violations.append(Violation(labels[joint], name, found.time, found.value, limit))
-    return LimitProof(tuple(violations), doubtful, used, tolerance)
+    return LimitProof(tuple(violations), doubtful, used, tolerance, bounds.unbounded)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias
 from mafsil.answer import Answer, Status
 from mafsil.errors import InputError
 from mafsil.robot import Robot
-from mafsil.trajectory.checks.limit_check import LimitCheck, check
+from mafsil.trajectory.checks.limit_check import LimitCheck, check, not_checked
 from mafsil.trajectory.files import csv_file, ros2, urscript
 from mafsil.trajectory.files.ros2 import Samples, sampled
 from mafsil.trajectory.motion import Trajectory
@@ -56,7 +56,9 @@ class TrajectoryFile(Answer):
         """What was written, or which limits kept it from being written."""
         details = {"path": str(self.path), "rows": self.rows, "count": len(self.limit_check)}
         sentence = self.status.sentence(language, **details)
-        return sentence if self else "\n".join([sentence, self.limit_check.explain(language)])
+        if self:
+            return sentence + not_checked(self.limit_check.unchecked, language)
+        return "\n".join([sentence, self.limit_check.explain(language)])
 
     def to_dict(self) -> dict[str, Any]:
         """Status, path, number of rows and violations as plain data."""
