@@ -27,8 +27,9 @@ from mafsil.job.part import Part as Part
 from mafsil.job.part import Pose as Pose
 from mafsil.job.part import Positive as Positive
 from mafsil.job.part import Share as Share
+from mafsil.job.part import Six
 from mafsil.job.part import Three as Three
-from mafsil.job.signals import Condition, Fork, Input, SignalValue
+from mafsil.job.signals import Condition, Fork, Input, PathOutput, SignalValue
 from mafsil.job.surrounding_tables import Collision as Collision
 from mafsil.job.surrounding_tables import Obstacle as Obstacle
 from mafsil.job.surrounding_tables import PlannerName as PlannerName
@@ -68,11 +69,13 @@ class Goal(Pose, frozen=True, kw_only=True):
         relative: a displacement instead, from where the tip is then, along its own axes (`tool`) or those of {s}
             (`space`).
         branch: which of the configurations is taken; the nearest that the plan allows if None.
+        carrier: name of the moving frame in which the pose is; {s} if None.
     """
 
     task: Task = "pose"
     relative: Literal["tool", "space"] | None = None
     branch: BranchChoice | None = None
+    carrier: str | None = None
 
 
 UNNAMED = "part"
@@ -137,6 +140,9 @@ class Step(Part, frozen=True, kw_only=True):
         place: let go of it.
         pause: rest [s].
         set: values that outputs take.
+        outputs: that take values while the move is under way.
+        process_wrench: (m, f) of the process on the tip while the move is under way, in the tip frame; the controller
+            does not know of it [N m, N].
         wait: conditions on signals, all of them: rest until they hold.
         timeout: longest wait [s]; what does not come within it is a refusal.
         hold: time that pick, place and a change of tools take [s].
@@ -163,6 +169,8 @@ class Step(Part, frozen=True, kw_only=True):
     tool: str | None = None
     pause: Positive | None = None
     set: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
+    outputs: tuple[PathOutput, ...] = ()
+    process_wrench: Six | None = None
     wait: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
     timeout: Positive | None = None
     hold: NotNegative = 0.3
@@ -189,6 +197,11 @@ class Move(Step, frozen=True, kw_only=True):
     via: tuple[tuple[float, ...] | Pose, ...] = ()
     fork: Fork | None = None
     skip: int = 0
+
+    @property
+    def carried(self) -> bool:
+        """Whether its goal is in a moving frame."""
+        return self.pose is not None and self.pose.carrier is not None
 
     @property
     def stays(self) -> bool:
@@ -272,6 +285,22 @@ class Report(Part, frozen=True, kw_only=True):
     rows: Annotated[int, msgspec.Meta(ge=50, le=20000)] = 1500
 
 
+class MovingFrame(msgspec.Struct, frozen=True, kw_only=True):
+    """A frame that moves, such as that of a conveyor or a turntable.
+
+    Attributes:
+        pose: where it is at its time zero, in {s}.
+        velocity: of its origin in {s} [m/s].
+        angular_speed: about its z axis [rad/s].
+        since: the input whose last change to true is its time zero; the beginning of the job if None.
+    """
+
+    pose: Pose
+    velocity: Three
+    angular_speed: float
+    since: str | None
+
+
 class Cell(msgspec.Struct, frozen=True, kw_only=True):
     """A file that a job includes.
 
@@ -341,7 +370,10 @@ class Job(Head, frozen=True, kw_only=True):
         origins: for each move the keys in the file that it comes from; empty if they are its own.
         cells: what the file includes.
         lying: parts that lie somewhere at the beginning, and the poses of their boxes.
+        moving: frames that move, by name.
     """
+
+    moving: dict[str, MovingFrame] = msgspec.field(default_factory=dict[str, MovingFrame])
 
     lying: tuple[tuple[Grasp, Pose], ...] = ()
     start: Start = Start()

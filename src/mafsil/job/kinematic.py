@@ -53,6 +53,7 @@ def _forces(job: Job) -> Iterator[Path]:
     for table in TABLES:
         if getattr(job, table):
             yield (table, 0) if isinstance(getattr(job, table), tuple) else (table,)
+    yield from (("move", k, "process_wrench") for k, move in enumerate(job.move) if move.process_wrench)
     usual = msgspec.structs.asdict(Simulation())
     for key in KEYS:
         if getattr(job.simulation, key) != usual[key]:

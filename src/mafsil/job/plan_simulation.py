@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from warnings import catch_warnings
 
 import numpy as np
@@ -15,7 +16,7 @@ from mafsil.control.laws import LawMemory
 from mafsil.errors import InputWarning, JobError
 from mafsil.job.arrival import arrival
 from mafsil.job.contacts import environment_of, rigid_surfaces_of
-from mafsil.job.description import Job
+from mafsil.job.description import Disturbance, Job
 from mafsil.job.door_grips import grips
 from mafsil.job.equipment import Load
 from mafsil.job.laws import PLACES, control_period, law_of
@@ -169,7 +170,7 @@ def _record(
         known = plant.robot if difference.knows_arm else model
         # Where one stretch ends and the next begins is no start that somebody gave: the findings judge it.
         with catch_warnings(action="ignore", category=InputWarning) if recordings else nullcontext():
-            scenario = _scenario(job, known, stretch, plant, recordings, method, difference)
+            scenario = _scenario(job, plan, known, stretch, plant, recordings, method, difference)
         driven.append(Driven(stretch, gripped, scenario))
 
         def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
@@ -242,7 +243,14 @@ def _method(job: Job, planned: tuple[Stretch, ...], plants: list[Plant]) -> tupl
 
 
 def _scenario(
-    job: Job, model: Robot, stretch: Stretch, plant: Plant, past: list[Recording], method: str, difference: Difference
+    job: Job,
+    plan: Plan,
+    model: Robot,
+    stretch: Stretch,
+    plant: Plant,
+    past: list[Recording],
+    method: str,
+    difference: Difference,
 ) -> Scenario:
     settings, noise = job.simulation, job.simulation.noise
     model = _without_effort_limits(model) if difference.unlimited else model
@@ -255,7 +263,7 @@ def _scenario(
         plant=plant,
         q=past[-1].q[-1] if past else None,
         qd=past[-1].qd[-1] if past else None,
-        disturbances=tuple(_pushes(job, stretch)),
+        disturbances=tuple(_pushes(job, plan, stretch)),
         noise=SensorNoise(noise.position, noise.velocity, noise.seed + len(past)) if noisy else None,
         step=settings.step,
         period=control_period(job),
@@ -268,9 +276,19 @@ def _without_effort_limits(robot: Robot) -> Robot:
     return as_open_tree(replace(robot.mechanism, joints=tuple(joints)))
 
 
-def _pushes(job: Job, stretch: Stretch) -> Iterator[WrenchPulse]:
-    """The disturbances that act during a stretch, in its own time."""
-    for push in job.disturbance:
+def _pushes(job: Job, plan: Plan, stretch: Stretch) -> Iterator[WrenchPulse]:
+    """The disturbances and forces of processes that act during a stretch, in its own time."""
+    for push in (*job.disturbance, *_processes(job, plan)):
         begin, end = push.start - stretch.start, push.start + push.duration - stretch.start
         if end > 0.0 and begin < stretch.trajectory.duration:
             yield WrenchPulse(max(begin, 0.0), end - max(begin, 0.0), np.array(push.wrench))
+
+
+def _processes(job: Job, plan: Plan) -> Iterator[Disturbance]:
+    """The forces of processes of all moves, as disturbances in the time of the plan."""
+    for leg, start in zip(plan.legs, plan.starts.tolist(), strict=False):
+        ends = leg.ends or (leg.trajectory.duration,)
+        for index, (begin, end) in enumerate(pairwise((0.0, *ends)), start=leg.index + 1 - len(ends)):
+            wrench = job.move[index].process_wrench if index >= 0 else None
+            if wrench is not None:
+                yield Disturbance(start=start + begin, duration=end - begin, wrench=wrench)

@@ -47,6 +47,8 @@ class TipMoves:
         """On a path of the tip, and on those after it as long as corners are rounded; the index of the last one."""
         moves = self.walk.job.move
         last = self.last(first)
+        if any(move.carried for move in moves[first : last + 1]):
+            raise Refused("job.frame_alone", move=self.walk.where(first), keys="blend")
         planned = self.line(first, last, self.walk.q)
         if isinstance(planned, Refused):
             raise planned

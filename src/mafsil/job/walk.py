@@ -112,7 +112,7 @@ class Walk:
 
     def motion(self) -> TimedArm:
         """What is planned so far, in time; the robot stands afterwards."""
-        rests = tuple(leg.kind in RESTS for leg in self.legs)
+        rests = tuple(leg.kind in RESTS and not leg.frame for leg in self.legs)
         starts = np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in self.legs])])
         if not self.legs:
             return standing(self.q, MotionLimits.of(self.robot.n, acceleration=self.limits.acceleration))
@@ -160,6 +160,14 @@ class Walk:
         """Whether a configuration keeps the clearance of a move."""
         around = self.surroundings
         return around is None or around.is_free(q, self.load, self.clearance(index, index), self.counted(index, q))
+
+    def is_blocked(self, index: int, q: JointVector) -> bool:
+        """Whether a move of all joints straight to q meets something that it is not to go round."""
+        around, move = self.surroundings, self.job.move[index]
+        if index < 0 or around is None or move.path != "joint" or move.via or move.constraints or self.avoids(index):
+            return False
+        checker = around.checker(self.load, self.clearance(index, index), self.counted(index, q))
+        return not checker.check_path(self.q, q)
 
     def counted(self, index: int, q: JointVector) -> tuple[PlacedPart, ...]:
         """The parts put down before that a motion of move `index` to q has to keep away from.
@@ -253,16 +261,20 @@ class Walk:
         way: WayRound | None = None,
         decision: Decision | None = None,
         thing: int = -1,
+        frame: str = "",
     ) -> None:
         """One more leg: it is free, or refused; the robot is at its end then, that of move `index`."""
-        moves, around = kind not in RESTS, self.surroundings
+        moves, around = kind not in RESTS or frame != "", self.surroundings
         past = self.legs[-1].clearance if self.legs else self.clearance(-1, -1)
         kept = self.clearance(index if first is None else first, index) if moves else past
         end = trajectory.at(trajectory.duration).u
         parts = self.counted(index, end) if moves else self.legs[-1].parts if self.legs else ()
         self.legs.append(
-            Leg(index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing)
-        )
+            Leg(
+                index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing,
+                frame=frame,
+            )
+        )  # fmt: skip
         self.past += trajectory.duration
         if moves:
             self.require_free(index, kind, trajectory, kept)
