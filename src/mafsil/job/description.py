@@ -143,6 +143,8 @@ class Step(Part, frozen=True, kw_only=True):
         outputs: that take values while the move is under way.
         process_wrench: (m, f) of the process on the tip while the move is under way, in the tip frame; the controller
             does not know of it [N m, N].
+        until: conditions on signals, all of them: where they hold the move ends early.
+        until_force: of contact at the tip, at which the move ends early [N].
         wait: conditions on signals, all of them: rest until they hold.
         timeout: longest wait [s]; what does not come within it is a refusal.
         hold: time that pick, place and a change of tools take [s].
@@ -171,6 +173,8 @@ class Step(Part, frozen=True, kw_only=True):
     set: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
     outputs: tuple[PathOutput, ...] = ()
     process_wrench: Six | None = None
+    until: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
+    until_force: Positive | None = None
     wait: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
     timeout: Positive | None = None
     hold: NotNegative = 0.3

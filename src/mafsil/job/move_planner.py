@@ -27,6 +27,7 @@ from mafsil.job.plan import Plan
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Refusal, Refused, Remark, said_of
 from mafsil.job.resting import starting_place
+from mafsil.job.searching import search_remarks, stop_by_force, stop_by_signal
 from mafsil.job.signals import Fork, PathOutput, SignalValue
 from mafsil.job.standstill import Standstill
 from mafsil.job.tip_moves import TipMoves
@@ -44,7 +45,7 @@ STILL = 1e-6
 
 def plan(
     job: Job, tools: tuple[Equipment, ...], progress: Callable[[float], None] = lambda share: None, text: str = "",
-    neighbours: tuple[Neighbour, ...] = (),
+    neighbours: tuple[Neighbour, ...] = (), stops: tuple[float, ...] = (),
 ) -> Plan | Refusal:  # fmt: skip
     """The motion that a job asks for, or why there is none.
 
@@ -54,13 +55,16 @@ def plan(
         progress: called with the share of moves done.
         text: of the job file, for the lines of its moves.
         neighbours: other robots around.
+        stops: when contact ends the first searches, after each of them begins [s].
     """
     walk = Walk(job, tools, Places(text).of(job), neighbours)
+    walk.stops = stops
     try:
         _Planner(walk).go(progress)
     except Refused as no:
         return no.refusal
-    return walk.plan()
+    found = walk.plan()
+    return replace(found, remarks=(*found.remarks, *search_remarks(job, found)))
 
 
 class _Planner:
@@ -162,6 +166,13 @@ class _Planner:
             goal = coordinates(self.job, walk.robot, move.joints or ())
             trajectory, timing, way = self.joint_moves.joint_motion(index, goal)
             walk.append(index, name, "joint", trajectory, timing, way=way)
+        searches = [one for one in self.job.move[index : last + 1] if one.until or one.until_force]
+        if searches and (last > index or walk.legs[-1].frame):
+            raise Refused("job.search_where", move=walk.where(index))
+        if move.until:
+            stop_by_signal(walk, index, move)
+        elif move.until_force is not None:
+            stop_by_force(walk, index)
         if any(one.outputs or one.process_wrench for one in self.job.move[index : last + 1]):
             self.signals.put_on_path(index, last)
         walk.made += last + 1 - index

@@ -41,6 +41,7 @@ class Leg:
         decision: which way the job goes from here, and why; None of what is no choice.
         ends: of each move in it, the last one is `index`; times from its beginning [s].
         outputs: times from its beginning at which outputs take values while it is under way, and the values.
+        stopped: when contact ended it early; None of what is no search, or found nothing yet [s].
         frame: name of the moving frame on which the arm is at its end.
     """
 
@@ -59,6 +60,7 @@ class Leg:
     thing: int = -1
     ends: tuple[float, ...] = ()
     outputs: tuple[tuple[float, dict[str, SignalValue]], ...] = ()
+    stopped: float | None = None
     frame: str = ""
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Literal, Protocol
 
@@ -29,6 +30,7 @@ from mafsil.job.plan import Plan
 from mafsil.job.reading import parse
 from mafsil.job.remark import Refusal, Remark
 from mafsil.job.run import Run
+from mafsil.job.searching import known_stops
 from mafsil.job.text import text_of
 from mafsil.job.tolerance import tolerances
 from mafsil.job.variation import JobVariation
@@ -107,8 +109,17 @@ def solve(
         return planned
     robot, motion = planned
     eye.enter("stage_simulating")
+    found = known_stops(job, text, robot, motion, partial(_stopped, job, text, folder, source))
+    if isinstance(found, Refusal):
+        return found
+    motion = found
     run = drive(job, text, robot, motion, eye.update, again=_Again(eye).update, log=log)
     return run if job.variation is None else _vary(run, eye, cluster)
+
+
+def _stopped(job: Job, text: str, folder: Path, source: str, stops: tuple[float, ...]) -> Plan | Refusal:
+    found = prepare(job, text, folder, None, source, stops=stops)
+    return found if isinstance(found, Refusal) else found[1]
 
 
 def _vary(run: Run, eye: Watcher, cluster: str | None) -> Run:
@@ -183,9 +194,12 @@ def with_runs(job: Job, runs: int) -> Job:
 
 
 def prepare(
-    job: Job, text: str, folder: Path, watcher: Watcher | None = None, source: str = "<text>"
-) -> tuple[Robot, Plan] | Refusal:
+    job: Job, text: str, folder: Path, watcher: Watcher | None = None, source: str = "<text>", *,
+    stops: tuple[float, ...] = (),
+) -> tuple[Robot, Plan] | Refusal:  # fmt: skip
     """The robot of a job and the motion that the job asks for; nothing is simulated. Arguments as for `solve`.
+
+    With `stops` searches by force end at these times after their beginnings [s].
 
     Raises:
         MafsilError: the robot cannot be read, or numbers of the job do not fit it.
@@ -200,7 +214,7 @@ def prepare(
     neighbours = neighbours_of(job, folder, places)
     eye.enter("stage_planning")
     without_forces = kinematic(job, tools[0], places)
-    motion = plan(job, tools, eye.update, text, neighbours)
+    motion = plan(job, tools, eye.update, text, neighbours, stops)
     if isinstance(motion, Refusal):
         return motion
     if without_forces is not None:

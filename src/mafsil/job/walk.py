@@ -72,6 +72,8 @@ class Walk:
         self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names, lying)
         self.past = 0.0
         self.made = 0
+        self.stops: tuple[float, ...] = ()
+        self.searches = 0
         self.tight: list[Tight] = []
         self._others: Beside | None = None
         self.q: JointVector = np.zeros(robot.n)

@@ -36,11 +36,17 @@ def require_signals(file: JobFile, error: Complaint) -> None:
     for statement, path in _statements(file.move, ("move",)):
         for values, here in outputs_of(statement, path):
             _require_values(values, file, digital, here, error)
-        for name, wanted in statement.wait.items():
-            _require_kind(wanted, digital, name, (*path, "wait", name), error)
+        until = statement.until if isinstance(statement, Statement) else {}
+        for key, conditions in (("wait", statement.wait), ("until", until)):
+            for name, wanted in conditions.items():
+                _require_kind(wanted, digital, name, (*path, key, name), error)
         for key, tests in (("if", statement.if_), ("while", statement.while_)):
             for name, test in tests.items():
                 _require_test(test, digital, file.variables, name, (*path, key, name), error)
+    touched = file.surface or file.hole or file.door or file.guide
+    for statement, path in _statements(file.move, ("move",)):
+        if isinstance(statement, Statement) and statement.until_force is not None and not touched:
+            raise error("job.search_surface", (*path, "until_force"))
     for name, frame in file.frame.items():
         if frame.since is not None and not (frame.since in file.input and digital[frame.since]):
             known = ", ".join(visible(one) for one in file.input if digital[one]) or "-"
