@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mafsil as mf
 from mafsil.errors import JobError
 from mafsil.geometry import rotation
 from mafsil.job import Refusal, Run, parse, solve
@@ -223,3 +224,51 @@ def test_the_force_of_a_process_needs_forces():
     )
     with pytest.raises(JobError, match="process_wrench"):
         planned(text)
+
+
+TRACK = """
+robot = "ur5e"
+angles = "degrees"
+lengths = "millimetres"
+[[track]]
+direction = [0, 2, 0]
+range = [0, 3000]
+speed = 1000
+acceleration = 2000
+[[track]]
+direction = [0, 0, 1]
+range = [-100, 400]
+speed = 500
+[start]
+joints = [0, 0, 0, -90, 90, -90, -90, 0]
+[[move]]
+pose = { position = [-400, 2000, 500], rpy = [180, 0, 0] }
+[[move]]
+path = "line"
+pose = { relative = "space", position = [0, -600, 0] }
+[[move]]
+joints = [1500, 200, 0, -90, 90, -90, -90, 0]
+"""
+
+
+def test_an_arm_on_two_linear_axes_reaches_along_them_within_their_limits():
+    run = solve(parse(TRACK, "job.toml"), TRACK, Path())
+    assert run, run.explain("en")
+    assert run.robot.joint_names[:2] == ("track", "track_2")
+    end = run.robot.forward_kinematics(run.plan.legs[-2].trajectory.at(99.0).u)
+    there = mf.load("ur5e").forward_kinematics(np.radians([0, -90, 90, -90, -90, 0]))
+    np.testing.assert_allclose(end[:3, 3] - there[:3, 3], [0.0, 1.5, 0.2], atol=1e-9)
+    for leg in run.plan.legs:
+        t = np.linspace(0.0, leg.trajectory.duration, 500)
+        assert np.abs(leg.trajectory.at(t).v[:, :2]).max(axis=0)[0] <= 0.7 + 1e-6
+        assert np.abs(leg.trajectory.at(t).a[:, 0]).max() <= 1.4 + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [("[0, 3000]", "[3000, 0]", "the least one first"), ("[0, 2, 0]", "[0, 0, 0]", "direction")],
+)
+def test_wrong_tracks_are_refused_with_their_line(old, new, said):
+    with pytest.raises(JobError, match=r"job\.toml:") as caught:
+        parse(TRACK.replace(old, new, 1), "job.toml")
+    assert said in str(caught.value)

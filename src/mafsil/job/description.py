@@ -20,6 +20,7 @@ from mafsil.job.driving_tables import Disturbance as Disturbance
 from mafsil.job.driving_tables import LawKind as LawKind
 from mafsil.job.driving_tables import Noise as Noise
 from mafsil.job.driving_tables import Simulation as Simulation
+from mafsil.job.driving_tables import Track as Track
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.part import Four as Four
 from mafsil.job.part import NotNegative as NotNegative
@@ -329,6 +330,7 @@ class Head(Part, frozen=True, kw_only=True):
         lengths: unit of all lengths of the file, and of what is per length or per time.
         lock: joints that are locked, by name [rad, or degrees; m]; they are no coordinates of the arm then.
         variables: by name; `"$name"` anywhere in the file stands for its value.
+        track: linear axes that carry the robot, the first one carries the others.
         tool: on the flange, unless the arm starts with another one.
         tools: that moves change to, by name.
         output: signals that moves set, by name, with the values that they begin with.
@@ -345,6 +347,7 @@ class Head(Part, frozen=True, kw_only=True):
     lengths: Literal["metres", "millimetres"] = "metres"
     variables: dict[str, Variable] = msgspec.field(default_factory=dict[str, Variable])
     lock: dict[str, float] = msgspec.field(default_factory=dict[str, float])
+    track: tuple[Track, ...] = ()
     tool: Tool = Tool()
     tools: dict[str, Tool] = msgspec.field(default_factory=dict[str, Tool])
     output: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])

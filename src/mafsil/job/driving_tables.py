@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
-from mafsil.job.part import NotNegative, Part, Positive, Six
+from mafsil.job.part import NotNegative, Part, Positive, Six, Three
 
 LawKind: TypeAlias = Literal[
     "computed_torque", "pd_gravity", "pid", "feedforward", "sliding_mode", "min_max", "adaptive",
@@ -154,3 +154,18 @@ class Disturbance(Part, frozen=True, kw_only=True):
     start: NotNegative
     duration: Positive
     wrench: Six
+
+
+class Track(Part, frozen=True, kw_only=True):
+    """A linear axis on which the robot, or the next axis, stands. Its coordinate comes before those of the robot.
+
+    Attributes:
+        direction: in {s}.
+        range: least and largest coordinate; at 0 the robot stands at the origin of {s} [m].
+        speed, acceleration: largest [m/s, m/s^2]; as assumed for all joints if None.
+    """
+
+    direction: Three
+    range: tuple[float, float]
+    speed: Positive | None = None
+    acceleration: Positive | None = None

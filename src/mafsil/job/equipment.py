@@ -18,6 +18,8 @@ from mafsil.job.payload import with_tool
 from mafsil.job.poses import pose_matrix
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
+from mafsil.model.frame_changes import on_track
+from mafsil.model.limits import Limits
 from mafsil.model.loading import load_mechanism
 from mafsil.robot import Robot, as_open_tree
 
@@ -115,6 +117,11 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
     key = "robot"
     try:
         mechanism = load_mechanism(source, tip=job.tool.link)
+        for k, track in reversed(list(enumerate(job.track))):
+            bounds = {"velocity": track.speed, "acceleration": track.acceleration}
+            known = {name: value for name, value in bounds.items() if value is not None}
+            limits = Limits(lower=track.range[0], upper=track.range[1], **known)
+            mechanism = on_track(mechanism, track.direction, limits, f"track_{k + 1}" if k else "track")
         key = "lock"
         return mechanism.locked(_lock(job, mechanism)) if job.lock else mechanism
     except MafsilError as fault:

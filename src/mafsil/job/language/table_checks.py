@@ -29,7 +29,13 @@ NEEDED = {"cloud": "radius", "heights": "size"}
 """What has to be said beside a file."""
 FORMS = {"surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "normal")}
 """Keys of what is touched of which exactly one is given."""
-DIRECTIONS = {"surface": ("normal", "axis"), "hole": ("axis",), "door": ("axis",), "guide": ("direction", "normal")}
+DIRECTIONS = {
+    "track": ("direction",),
+    "surface": ("normal", "axis"),
+    "hole": ("axis",),
+    "door": ("axis",),
+    "guide": ("direction", "normal"),
+}
 COMPLIANCE = ("tip_stiffness", "rotational_stiffness", "tip_damping", "rotational_damping")
 GAINS = {
     "computed_torque": ("frequency", "damping"),
@@ -66,6 +72,9 @@ def check_tables(file: JobFile, data: dict[str, Any], error: Complaint) -> None:
     _check_controller(file.controller, file.simulation, error)
     _check_variation(file, error)
     _check_contacts(file, error)
+    for k, track in enumerate(file.track):
+        if not track.range[0] < track.range[1]:
+            raise error("job.track_range", ("track", k, "range"))
     _check_other_robots(file.other_robot, error)
 
 

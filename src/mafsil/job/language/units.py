@@ -21,6 +21,7 @@ from mafsil.job.description import (
     Step,
     Tolerance,
     Tool,
+    Track,
 )
 from mafsil.job.language.statements import JobFile, MovableFrame, Pattern, Placed
 from mafsil.job.other_robot import OtherPlace
@@ -48,6 +49,7 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Door: ("hinge",),
     Guide: ("point",),
     Tool: ("com", "size", "centre"),
+    Track: ("range", "speed", "acceleration"),
     Bounds: ("tip_speed", "tip_acceleration"),
     VariationTable: ("bound", "payload_offset"),
 }
