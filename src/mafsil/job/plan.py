@@ -41,6 +41,7 @@ class Leg:
         decision: which way the job goes from here, and why; None of what is no choice.
         ends: of each move in it, the last one is `index`; times from its beginning [s].
         outputs: times from its beginning at which outputs take values while it is under way, and the values.
+        targets: (4, 4) poses at which its moves along paths of the tip end, one after the other.
         stopped: when contact ended it early; None of what is no search, or found nothing yet [s].
         frame: name of the moving frame on which the arm is at its end.
     """
@@ -60,6 +61,7 @@ class Leg:
     thing: int = -1
     ends: tuple[float, ...] = ()
     outputs: tuple[tuple[float, dict[str, SignalValue]], ...] = ()
+    targets: tuple[PoseMatrix, ...] = ()
     stopped: float | None = None
     frame: str = ""
 

@@ -123,7 +123,8 @@ def _stop(walk: Walk, index: int, time: float) -> None:
             raise Refused("job.search_brake", move=walk.where(index))
     walk.past += motion.duration - leg.trajectory.duration
     walk.q = motion.at(motion.duration).u
-    walk.legs[-1] = replace(leg, trajectory=motion, target=None, timing=None)
+    place = np.asarray(walk.robot.forward_kinematics(walk.q))
+    walk.legs[-1] = replace(leg, trajectory=motion, target=None, timing=None, targets=(place,))
 
 
 def known_stops(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -264,6 +264,7 @@ class Walk:
         decision: Decision | None = None,
         thing: int = -1,
         frame: str = "",
+        targets: Sequence[PoseMatrix] = (),
     ) -> None:
         """One more leg: it is free, or refused; the robot is at its end then, that of move `index`."""
         moves, around = kind not in RESTS or frame != "", self.surroundings
@@ -274,7 +275,7 @@ class Walk:
         self.legs.append(
             Leg(
                 index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing,
-                frame=frame,
+                targets=tuple(targets), frame=frame,
             )
         )  # fmt: skip
         self.past += trajectory.duration
