@@ -283,11 +283,13 @@ class Report(Part, frozen=True, kw_only=True):
         language: `en` or `ar`; the language of the command if None.
         frame_rate: of the replay [1/s].
         rows: most rows of a plot.
+        megabytes: size that the files of results should not exceed: a longer recording holds every m-th tick.
     """
 
     language: Literal["en", "ar"] | None = None
     frame_rate: Annotated[float, msgspec.Meta(ge=1, le=240)] = 50.0
     rows: Annotated[int, msgspec.Meta(ge=50, le=20000)] = 1500
+    megabytes: Annotated[float, msgspec.Meta(ge=1)] = 20.0
 
 
 class MovingFrame(msgspec.Struct, frozen=True, kw_only=True):

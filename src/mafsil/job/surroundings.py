@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -62,6 +63,8 @@ CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """(8, 3) of a box with edges of length 2."""
 NEARER = 1.0 - 1e-9
 """Share of the clearance by which a carried part may come nearer: one that touches is not free, whatever is rounded."""
+SEARCHES, MORE_NODES, FEWEST_NODES = 4, 2, 500
+"""Searches with seeds of their own of which the shortest way is taken; nodes of the later ones over the first one's."""
 MOST_NODES = 200_000
 """Of a search for a way."""
 RESTING = 1e-4
@@ -241,10 +244,12 @@ class Surroundings:
             checker = roomy
         search = CONSTRAINED_PLANNER if constraints else planner or rule.planner
         most = nodes if nodes is not None and search == "rrt_connect" else MOST_NODES
-        found = plan(
-            checker, None, q, goal, planner=search, seed=rule.seed, seconds=rule.seconds, max_nodes=most,
-            constraints=constraints,
-        )  # fmt: skip
+        asked = partial(plan, checker, None, q, goal, planner=search, constraints=constraints)
+        found = asked(seed=rule.seed, seconds=rule.seconds, max_nodes=most)
+        if found and search in ("rrt_connect", CONSTRAINED_PLANNER):
+            nodes = max(MORE_NODES * found.nodes, FEWEST_NODES)
+            more = (asked(seed=rule.seed + k, seconds=rule.seconds, max_nodes=nodes) for k in range(1, SEARCHES))
+            found = min([found, *(one for one in more if one)], key=lambda one: one.length)
         if found.interrupted:
             # Who stops a job wants no more of it than of its planner.
             raise KeyboardInterrupt

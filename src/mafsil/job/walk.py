@@ -23,7 +23,7 @@ from mafsil.job.lines import Places
 from mafsil.job.neighbours import Neighbour, NeighbourMotion
 from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
-from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
+from mafsil.job.planned_remarks import Tight, driving_limits, long_way, near_limits, nearly_met, tight_limits
 from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.remark import Refused, Remark, said_of
 from mafsil.job.surroundings import RESTS, Surroundings, WayRound, why_not_itself
@@ -281,6 +281,8 @@ class Walk:
         self.past += trajectory.duration
         if moves:
             self.require_free(index, kind, trajectory, kept)
+            if kind == "joint" and not frame:
+                self.remarks += long_way(self.robot, trajectory, way is not None, self.where(index))
             self.tight += near_limits(self.robot, trajectory, self.where(index))
             left = self.parts.left
             if left is not None and (around is None or around.is_free(end, self.load, kept, (left,))):
