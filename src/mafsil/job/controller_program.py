@@ -177,9 +177,9 @@ def write_program(job: Job, plan: Plan, language: Language) -> Program:
     if any(step.zone > 0.0 and step.kind != "joints" for step in steps):
         lost.append(Remark("warning", "job.program_corners", {}))
     lines = [line for step in steps for line in _written(step, language, angular).split("\n")]
-    mark = "#" if language.turn == 1.0 else ";" if language.labels else "!"
+    comment = "#" if language.turn == 1.0 else ";" if language.labels else "!"
     names = "".join(
-        f"{mark} {kind} {k}: {visible(name)}\n"
+        f"{comment} {kind} {k}: {visible(name)}\n"
         for kind, table in (("output", job.output), ("input", job.input))
         for k, name in enumerate(table, start=language.first_signal)
     )

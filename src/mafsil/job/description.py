@@ -259,8 +259,8 @@ class Bounds(Part, frozen=True, kw_only=True):
 
     Attributes:
         speed_scale, acceleration_scale: of the robot's own limits.
-        velocity, acceleration: bounds for all joints where the description has none, in the units of the file; 2 and 5
-            [rad/s | m/s, rad/s^2 | m/s^2] if None.
+        velocity, acceleration: bounds of joints where the description has none, one number for all or one per joint, in
+            the units of the file; 2 and 5 [rad/s | m/s, rad/s^2 | m/s^2] if None.
         jerk: the same of moves with limited jerk; 50 [rad/s^3 | m/s^3] if None.
         tip_speed, tip_acceleration: of paths of the tip [m/s, m/s^2].
         tip_angular_speed: of paths of the tip [rad/s].
@@ -268,9 +268,9 @@ class Bounds(Part, frozen=True, kw_only=True):
 
     speed_scale: Share = 0.7
     acceleration_scale: Share = 0.7
-    velocity: Positive | None = None
-    acceleration: Positive | None = None
-    jerk: Positive | None = None
+    velocity: Positive | tuple[Positive, ...] | None = None
+    acceleration: Positive | tuple[Positive, ...] | None = None
+    jerk: Positive | tuple[Positive, ...] | None = None
     tip_speed: Positive = 0.25
     tip_acceleration: Positive = 1.0
     tip_angular_speed: Positive = 1.0
