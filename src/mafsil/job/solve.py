@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Literal, Protocol
 
@@ -109,7 +108,7 @@ def solve(
         return planned
     robot, motion = planned
     eye.enter("stage_simulating")
-    found = known_stops(job, text, robot, motion, partial(_stopped, job, text, folder, source))
+    found = plan_searches(job, text, folder, source, robot, motion)
     if isinstance(found, Refusal):
         return found
     motion = found
@@ -117,9 +116,19 @@ def solve(
     return run if job.variation is None else _vary(run, eye, cluster)
 
 
-def _stopped(job: Job, text: str, folder: Path, source: str, stops: tuple[float, ...]) -> Plan | Refusal:
-    found = prepare(job, text, folder, None, source, stops=stops)
-    return found if isinstance(found, Refusal) else found[1]
+def plan_searches(job: Job, text: str, folder: Path, source: str, robot: Robot, motion: Plan) -> Plan | Refusal:
+    """The motion of a job whose searches end where the simulated force of contact comes.
+
+    Args:
+        job, text, folder, source: as for `solve`.
+        robot, motion: as `prepare` gives them.
+    """
+
+    def again(stops: tuple[float, ...]) -> Plan | Refusal:
+        found = prepare(job, text, folder, None, source, stops=stops)
+        return found if isinstance(found, Refusal) else found[1]
+
+    return known_stops(job, text, robot, motion, again)
 
 
 def _vary(run: Run, eye: Watcher, cluster: str | None) -> Run:
