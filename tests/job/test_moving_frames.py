@@ -68,6 +68,12 @@ pause = 0.5
 [[move]]
 joints = [0, -90, 90, -90, -90, 0]
 """
+CAN = """
+[part.can]
+mass = 0.4
+size = [0.05, 0.05, 0.05]
+at = { frame = "grip", position = [0, AWAY, 0] }
+"""
 GLUE = """
 robot = "ur5e"
 angles = "degrees"
@@ -132,6 +138,19 @@ def test_a_turntable_turns_what_is_given_in_it():
         inside = np.einsum("kji,kj->ki", turn, T[:, :3, 3] - np.array([0.5, 0.0, 0.2]))
         np.testing.assert_allclose(np.hypot(inside[:, 0], inside[:, 1]), 0.06, atol=1e-6)
         np.testing.assert_allclose(inside[:, 2], 0.08, atol=1e-6)
+
+
+@pytest.mark.parametrize(("away", "said"), [("0.0", None), ("0.03", "30 mm")])
+def test_a_part_on_a_belt_is_picked_where_it_is_by_then(away, said):
+    text = BELT.replace("[[move]]", CAN.replace("AWAY", away) + "[[move]]", 1)
+    found = planned(text.replace("pick = { mass = 0.4, size = [0.05, 0.05, 0.05] }", 'pick = "can"'))
+    assert isinstance(found, Refusal) == bool(said)
+    assert said is None or said in found.explain("en")
+
+
+def test_a_part_on_a_belt_is_not_picked_from_where_the_belt_is_not():
+    head = BELT[: BELT.index("[[move]]")] + CAN.replace("AWAY", "0")
+    assert isinstance(planned(head + '[[move]]\npick = "can"\n'), Refusal)
 
 
 def test_an_arm_that_is_driven_on_a_belt_grips_there():

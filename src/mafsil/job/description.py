@@ -378,13 +378,14 @@ class Job(Head, frozen=True, kw_only=True):
         move: one after the other.
         origins: for each move the keys in the file that it comes from; empty if they are its own.
         cells: what the file includes.
-        lying: parts that lie somewhere at the beginning, and the poses of their boxes.
+        lying: parts that lie somewhere at the beginning, the poses of their boxes, and the moving frame that carries
+            them, where it is at its time zero.
         moving: frames that move, by name.
     """
 
     moving: dict[str, MovingFrame] = msgspec.field(default_factory=dict[str, MovingFrame])
 
-    lying: tuple[tuple[Grasp, Pose], ...] = ()
+    lying: tuple[tuple[Grasp, Pose, str | None], ...] = ()
     start: Start = Start()
     obstacle: tuple[Obstacle, ...] = ()
     other_robot: tuple[OtherRobot, ...] = ()

@@ -188,6 +188,7 @@ class _Planner:
         begun, hold = walk.past, walk.on_tick(move.hold)
         if move.pick is not None:
             self.require_part(index, move.pick, tip)
+            self.on_frames.take(move.pick, tip)
         thing = -1 if move.pick is None else walk.parts.take(move.pick, tip, len(walk.legs), begun + hold)
         self.signals.rest(index, name, kind, hold, thing=thing)
         if move.place and carried is not None and self.on_frames.frame is None:
@@ -201,7 +202,8 @@ class _Planner:
     def require_part(self, index: int, part: Grasp, tip: PoseMatrix) -> None:
         """A pick at a place where no such part lies is refused, as far as the job says where its parts lie."""
         walk = self.walk
-        miss, allowed = walk.parts.miss(part, tip), tolerances(self.job, walk.robot, index).position
+        riding, allowed = self.on_frames.miss(part, tip), tolerances(self.job, walk.robot, index).position
+        miss = walk.parts.miss(part, tip) if riding is None else riding
         if miss is None or miss <= allowed:
             return
         key, far = ("job.none_left", {}) if np.isinf(miss) else ("job.none_here", {"distance": quantity(miss, "m")})

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector6
 from mafsil.geometry import pose, rotation, twist
-from mafsil.job.description import TIP_PATHS, Goal, Move, Task
+from mafsil.job.description import TIP_PATHS, Goal, Grasp, Move, Task
 from mafsil.job.fitting import coordinates
 from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.remark import Refused
@@ -160,6 +160,24 @@ class FrameMoves:
             raise Refused("job.frame_too_fast", move=self.walk.where(index), frame=visible(self.name))
         return motion
 
+    def miss(self, part: Grasp, tip: PoseMatrix) -> float | None:
+        """Distance from the grip to the nearest part of that name on the frame [m]; as `PlacedParts.miss`.
+
+        Args:
+            part: as the move describes it.
+            tip: (4, 4) pose of the tip in {s}, now.
+        """
+        if self.frame is None:
+            rides = any(part.name == one.name and carrier for one, _, carrier in self.walk.job.lying)
+            stands = any(each.kind == part.name for each in self.walk.parts.standing)
+            return float("inf") if rides and not stands else None
+        return self.walk.riding[self.name].miss(part, self._at_zero(self.frame, tip))
+
+    def take(self, part: Grasp, tip: PoseMatrix) -> None:
+        """A part on the frame is taken; where a signal brings the frame, it brings a new one each time."""
+        if self.frame is not None and self.walk.job.moving[self.name].since is None:
+            self.walk.riding[self.name].take(part, self._at_zero(self.frame, tip), -1, self.walk.past)
+
     def go(self, index: int, name: str, move: Move) -> None:
         """Along a path in the frame, to it, or off it."""
         walk, goal = self.walk, move.pose
@@ -244,6 +262,10 @@ class FrameMoves:
             raise Refused("job.frame_not_started", move=where, frame=visible(name), signal=visible(str(moving.since)))
         T = pose_matrix(moving.pose, degrees=False)
         return FrameMotion(T, np.array(moving.velocity), moving.angular_speed, begin)
+
+    def _at_zero(self, frame: FrameMotion, tip: PoseMatrix) -> PoseMatrix:
+        """(4, 4) of a tip as it would be if the frame were where it is at its time zero."""
+        return frame.T @ pose.inverse(frame.pose(self.walk.past)) @ tip
 
     def _from_frame(self, frame: FrameMotion) -> PoseMatrix:
         """(4, 4) of the tip in a frame, now."""

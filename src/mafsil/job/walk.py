@@ -68,8 +68,12 @@ class Walk:
         self.beside: tuple[NeighbourMotion, ...] = ()
         self.signals = CellSignals(job, control_period(job))
         self.legs: list[Leg] = []
-        lying = ((part, pose_matrix(place, degrees=self.degrees)) for part, place in job.lying)
-        self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names, lying)
+        lies = [(part, pose_matrix(place, degrees=self.degrees), carrier) for part, place, carrier in job.lying]
+        names = () if self.surroundings is None else self.surroundings.scene.names
+        self.parts = PlacedParts(names, ((part, T) for part, T, carrier in lies if carrier is None))
+        self.riding = {
+            name: PlacedParts((), ((part, T) for part, T, carrier in lies if carrier == name)) for name in job.moving
+        }
         self.past = 0.0
         self.made = 0
         self.stops: tuple[float, ...] = ()

@@ -236,17 +236,17 @@ class _Resolver:
             raise self.error("job.part_inertia", (*path, "inertia"))
         return given
 
-    def lying(self) -> Iterator[tuple[Grasp, Pose]]:
-        """Each part that lies somewhere at the beginning, and where."""
+    def lying(self) -> Iterator[tuple[Grasp, Pose, str | None]]:
+        """Each part that lies somewhere at the beginning, where, and on which moving frame."""
         for name, given in self.file.part.items():
             part, path = self.part(name, ("part",)), ("part", name, "at")
             assert part is not None
-            frame = given.at if isinstance(given.at, str) else None if given.at is None else given.at.frame
-            self.frames.require_standing(frame, path)
+            carrier = self.frames.carrier(given.at.frame if isinstance(given.at, Placed) else given.at)
             if isinstance(given.at, str):
-                yield from ((part, pose_of(T)) for _, T in self.looked_up(given.at, self.places, "pattern", path))
+                places = self.looked_up(given.at, self.places, "pattern", path)
+                yield from ((part, pose_of(T), carrier) for _, T in places)
             elif given.at is not None:
-                yield part, pose_of(self.frames.placed(given.at, path))
+                yield part, pose_of(self.frames.placed(given.at, path)), carrier
 
     def goal(self, given: PlacedGoal | str | None, path: Path, frames: Frames) -> Goal | None:
         """A goal, of a name the pose that it names."""
