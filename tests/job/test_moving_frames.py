@@ -227,7 +227,10 @@ def test_an_output_beyond_its_path_is_refused():
 
 
 def test_the_force_of_a_process_pushes_during_its_move_alone():
-    text = GLUE.replace("blend = 10\n", "process_wrench = [0, 0, 0, 0, 0, -40]\n")
+    known = GLUE.replace("blend = 10\n", "process_wrench = [0, 0, 0, 0, 0, -40]\n")
+    held = solve(parse(known, "job.toml"), known, Path())
+    assert np.abs(held.recording.q - held.recording.q_ref).max() < 5e-4
+    text = known.replace("process_wrench", "process_known = false\nprocess_wrench", 1)
     run = solve(parse(text, "job.toml"), text, Path())
     off = np.abs(run.recording.q - run.recording.q_ref).max(axis=1)
     end = run.plan.starts[1]

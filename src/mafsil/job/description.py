@@ -142,8 +142,8 @@ class Step(Part, frozen=True, kw_only=True):
         pause: rest [s].
         set: values that outputs take.
         outputs: that take values while the move is under way.
-        process_wrench: (m, f) of the process on the tip while the move is under way, in the tip frame; the controller
-            does not know of it [N m, N].
+        process_wrench: (m, f) of the process on the tip while the move is under way, in the tip frame [N m, N].
+        process_known: whether the controller compensates it; laws of the tip do not.
         until: conditions on signals, all of them: where they hold the move ends early.
         until_force: of contact at the tip, at which the move ends early [N].
         wait: conditions on signals, all of them: rest until they hold.
@@ -174,6 +174,7 @@ class Step(Part, frozen=True, kw_only=True):
     set: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
     outputs: tuple[PathOutput, ...] = ()
     process_wrench: Six | None = None
+    process_known: bool = True
     until: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
     until_force: Positive | None = None
     wait: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
