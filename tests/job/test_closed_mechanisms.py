@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from mafsil.cli.main import main
-from mafsil.errors import JobError
+from mafsil.errors import JobError, MafsilError
 from mafsil.job import Refusal, Run, parse, solve
 from mafsil.parallel import ClosedChain
+from mafsil.parallel.robot_file import read_parallel
 
 ROOT = Path(__file__).resolve().parents[2]
 JOBS = ROOT / "examples" / "jobs"
@@ -128,3 +129,46 @@ def test_the_command_writes_a_report(tmp_path, capsys):
     assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
     results = json.loads((tmp_path / "out" / "results.json").read_text())
     assert results["verdict"] == "good"
+
+
+DELTA = """
+robot = "delta.toml"
+[start]
+joints = [0.3, 0.3, 0.3]
+[[move]]
+pose = { position = [0.15, 0.05, -0.7], task = "position" }
+[[move]]
+path = "line"
+pose = { relative = "space", position = [0, 0, -0.04], task = "position" }
+[[move]]
+pick = { mass = 0.1 }
+[[move]]
+joints = [0.5, 0.4, 0.6]
+[[move]]
+place = true
+"""
+
+
+def test_a_delta_robot_of_a_file_is_the_robot_of_a_job():
+    folder = Path("examples/robots")
+    run = solve(parse(DELTA, "job.toml"), DELTA, folder)
+    assert run, run.explain("en")
+    delta = read_parallel(folder / "delta.toml")
+    for leg in run.plan.legs[:2]:
+        t = np.linspace(0.0, leg.trajectory.duration, 21)
+        q = leg.trajectory.at(t).u
+        T = run.robot.forward_kinematics(q)
+        np.testing.assert_allclose(T[:, :3, :3], np.broadcast_to(np.eye(3), (21, 3, 3)), atol=1e-8)
+        names = run.robot.joint_names
+        arms = [names.index(f"leg {i} joint 1") for i in (1, 2, 3)]
+        for row, place in zip(q[:, arms], T[:, :3, 3], strict=True):
+            np.testing.assert_allclose(row, delta.inverse_kinematics(place).q[:, 0], atol=1e-7)
+    np.testing.assert_allclose(T[-1, :3, 3], [0.15, 0.05, -0.74], atol=1e-8)
+
+
+def test_a_parallel_robot_of_another_kind_is_refused(tmp_path):
+    angles = "base_angles = [-15, 15, 105, 135, 225, 255]\nplatform_angles = [-45, 45, 75, 165, 195, 285]\n"
+    (tmp_path / "six.toml").write_text(f'kind = "stewart"\nbase_radius = 2.0\nplatform_radius = 1.0\n{angles}')
+    text = DELTA.replace("delta.toml", "six.toml")
+    with pytest.raises(MafsilError, match="'delta' can"):
+        solve(parse(text, "job.toml"), text, tmp_path)

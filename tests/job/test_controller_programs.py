@@ -115,6 +115,75 @@ def test_a_program_read_back_is_the_plan_and_moves_along_the_same_path(robot, na
     np.testing.assert_allclose(loads[1][1:], centre, atol=1e-12)
 
 
+SEAM = """
+robot = "ur5e"
+[tool]
+offset = { position = [0.0, 0.06, 0.32], rpy = [0, 0, 0] }
+[output]
+arc = false
+[start]
+START
+"""
+SEAM_START = "pose = { position = [0.4, -0.15, 0.18], quaternion = [0, 1, 0, 0] }"
+SEAM_MOVES = """
+[[move]]
+path = "line"
+pose = { position = [0.4, 0.0, 0.18] }
+tip_speed = 0.05
+blend = 0.003
+[[move]]
+path = "arc"
+via = [{ position = [0.4293, 0.0707, 0.18] }]
+pose = { position = [0.5, 0.1, 0.18], quaternion = [0.0, 0.99, 0.14, 0.0] }
+blend = 0.004
+[[move]]
+path = "line"
+pose = { relative = "space", position = [0.06, 0.0, 0.0] }
+outputs = [{ share = 0.5, set = { arc = true } }]
+[[move]]
+path = "arc"
+via = [{ position = [0.6, 0.15, 0.2] }]
+pose = { position = [0.55, 0.2, 0.22] }
+"""
+
+
+@pytest.mark.parametrize("name", LANGUAGES)
+def test_lines_and_arcs_with_rounded_corners_are_read_back_and_planned_again_to_the_same_path(name):
+    language, text = LANGUAGES[name], SEAM.replace("START", SEAM_START) + SEAM_MOVES
+    job = parse(text)
+    arm, plan = prepare(job, text, Path())
+    program = write_program(job, plan, language)
+    keys = {one.key for one in program.lost}
+    assert {"job.program_key", "job.program_corners"} <= keys
+    assert ("job.program_arcs" in keys) == (name == "urscript")
+    moves = [
+        step for step in read_program(program.text, language, arm.mechanism.angular) if step.kind in ("line", "arc")
+    ]
+    assert [step.kind for step in moves] == ["line", "arc", "line", "arc"]
+    np.testing.assert_allclose([step.zone for step in moves], [0.003, 0.004, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose([step.speed for step in moves], [0.05, 0.25, 0.25, 0.25], atol=1e-12)
+    made = SEAM.replace("START", f"joints = {plan.start.tolist()}")
+    for step in moves:
+        via, goal = step.values if step.kind == "arc" else (None, step.values)
+        points = "" if via is None else f"via = [{{ position = {via[:3, 3].tolist()} }}]\n"
+        place = f"position = {goal[:3, 3].tolist()}, quaternion = {to_quaternion(goal[:3, :3]).tolist()}"
+        made += f'[[move]]\npath = "{step.kind}"\n{points}pose = {{ {place} }}\n'
+        made += f"blend = {step.zone}\ntip_speed = {step.speed}\n"
+    other = prepare(parse(made), made, Path())[1]
+    for one, two in zip(plan.legs[:2], other.legs[:2], strict=True):
+        share = np.linspace(0.0, 1.0, 201)
+        ours, theirs = (leg.trajectory.at(share * leg.trajectory.duration).u for leg in (one, two))
+        np.testing.assert_allclose(theirs, ours, rtol=0.0, atol=1e-9)
+
+
+def test_a_robot_on_a_track_has_no_program():
+    text = 'robot = "ur5e"\n[[track]]\ndirection = [0, 1, 0]\nrange = [0, 1]\n'
+    text += "[[move]]\njoints = [0.1, 0, -1, 1, -1, -1, 0]\n"
+    job = parse(text)
+    with pytest.raises(InputError, match="track"):
+        write_program(job, prepare(job, text, Path())[1], LANGUAGES["krl"])
+
+
 def test_what_a_language_cannot_carry_is_listed():
     choice = "[[move]]\nif = { there = true }\nthen = [{ pause = 0.1 }]\n"
     _, job, _, plan = planned("ur5e", MOVES + choice)

@@ -410,3 +410,38 @@ def test_a_limit_that_many_moves_come_near_to_is_one_finding():
     assert remark.details["count"] == 4
     assert "move 1 " in remark.sentence("en")
     assert "joint7" in remark.sentence("ar")
+
+
+@pytest.mark.parametrize(("pan", "said"), [(300, True), (120, False), (0.5, False)])
+def test_a_move_whose_tip_goes_more_than_twice_as_far_as_straight_is_said_with_why(pan, said):
+    text = f"""
+robot = "ur5e"
+angles = "degrees"
+[start]
+joints = [0, -90, 90, -90, -90, 0]
+[[move]]
+joints = [{pan}, -90, 90, -90, -90, 0]
+"""
+    plan = prepare(parse(text), text, Path())[1]
+    found = [remark.sentence("en") for remark in plan.remarks if remark.key == "job.long_way_joints"]
+    assert bool(found) == said
+    assert all("shoulder_pan_joint turns by 300°" in sentence for sentence in found)
+
+
+def test_another_configuration_is_taken_where_the_move_to_the_nearest_is_blocked():
+    text = """
+robot = "ur5e"
+angles = "degrees"
+[tool]
+offset = { position = [0, 0, 0.18], rpy = [0, 0, 0] }
+[start]
+joints = [0, -90, 90, -90, -90, 0]
+[[move]]
+pose = { position = [0.4, -0.08, 0.15], rpy = [180, 0, 0] }
+"""
+    plan = prepare(parse(text), text, Path())
+    assert plan, plan.explain("en")
+    leg = plan[1].legs[0]
+    assert leg.way is None
+    T = leg.load.robot.forward_kinematics(leg.trajectory.at(leg.trajectory.duration).u)
+    np.testing.assert_allclose(T[:3, 3], [0.4, -0.08, 0.15], atol=1e-8)

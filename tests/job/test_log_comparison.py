@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from functools import cache
 from pathlib import Path
 
@@ -114,3 +115,73 @@ def test_the_command_lays_a_log_over_a_job(tmp_path, capsys):
     assert main([*command, "--log", str(tmp_path / "log.csv")]) == 0
     assert "payload" in capsys.readouterr().out
     assert main(command) == 2
+
+
+def joint_state(time, names, position, effort):
+    """A message sensor_msgs/msg/JointState in little-endian CDR, written by its rules alone."""
+    data = bytearray()
+
+    def put(kind, *values):
+        size = struct.calcsize(kind)
+        data.extend(b"\0" * (-len(data) % size if values else 0))
+        data.extend(struct.pack(f"<{len(values)}{kind}", *values))
+
+    def text(value):
+        put("I", len(value) + 1)
+        data.extend(value.encode() + b"\0")
+
+    put("i", int(time))
+    put("I", round((time - int(time)) * 1e9))
+    text("base")
+    put("I", len(names))
+    for name in names:
+        text(name)
+    for values in (position, [], effort):
+        put("I", len(values))
+        if len(values):
+            put("d", *values)
+    return b"\0\1\0\0" + bytes(data)
+
+
+def bag(path, t, names, q, tau):
+    writer_module = pytest.importorskip("mcap.writer")
+    with path.open("wb") as file:
+        writer = writer_module.Writer(file)
+        writer.start(profile="ros2")
+        schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", b"")
+        other = writer.register_schema("std_msgs/msg/String", "ros2msg", b"")
+        states = writer.register_channel("/joint_states", "cdr", schema)
+        words = writer.register_channel("/words", "cdr", other)
+        for k, time in enumerate(t.tolist()):
+            stamp = round(time * 1e9)
+            writer.add_message(words, stamp, b"\0\1\0\0\1\0\0\0\0", stamp)
+            message = joint_state(time, names, q[k].tolist(), tau[k].tolist())
+            writer.add_message(states, stamp, message, stamp)
+        writer.finish()
+
+
+def test_a_bag_of_joint_states_says_the_same_as_a_table(tmp_path):
+    job, robot, plan = planned("ur5e")
+    log(tmp_path / "log.csv", robot, plan, "payload", np.random.default_rng(1), offset=1.3)
+    numbers = np.loadtxt(tmp_path / "log.csv", delimiter=",", skiprows=1)
+    n, order = robot.n, np.random.default_rng(2).permutation(robot.n)
+    names = [robot.joint_names[k] for k in order] + ["finger"]
+    pad = np.zeros((len(numbers), 1))
+    q, tau = (np.hstack([numbers[:, 1 + at : 1 + at + n][:, order], pad]) for at in (0, n))
+    bag(tmp_path / "log.mcap", numbers[:, 0], names, q, tau)
+    one, two = (compare_with_log(job, robot, plan, tmp_path / f"log.{kind}") for kind in ("csv", "mcap"))
+    assert two.status is one.status
+    assert two.offset == pytest.approx(one.offset, abs=1e-6)
+    np.testing.assert_allclose(two.errors, one.errors, atol=1e-9)
+    assert [remark.key for remark in two.remarks] == [remark.key for remark in one.remarks]
+
+
+def test_a_bag_without_the_joints_or_torn_is_refused(tmp_path):
+    job, robot, plan = planned("ur5e")
+    t = np.linspace(0.0, 9.0, 50)
+    bag(tmp_path / "other.mcap", t, ["a"], np.zeros((50, 1)), np.zeros((50, 1)))
+    with pytest.raises(FileError, match="all of the joints"):
+        compare_with_log(job, robot, plan, tmp_path / "other.mcap")
+    (tmp_path / "no.mcap").write_bytes(b"no bag at all")
+    with pytest.raises(FileError, match="damaged"):
+        compare_with_log(job, robot, plan, tmp_path / "no.mcap")

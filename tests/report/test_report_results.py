@@ -78,7 +78,7 @@ def test_a_failed_write_leaves_the_old_results(small_run: Run, tmp_path: Path, m
     write_results(small_run, out)
     before = {item.name: item.read_bytes() for item in out.iterdir()}
 
-    def full(self: Recording, path: Path) -> None:
+    def full(self: Recording, path: Path, **options: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Recording, "save", full)
@@ -139,3 +139,18 @@ def test_kill_9_leaves_whole_results(small_run: Run, tmp_path: Path) -> None:
     assert seen
     write_results(small_run, out)
     assert whole(out)
+
+
+def test_a_long_recording_is_thinned_to_the_size_that_the_job_allows(small_run: Run, tmp_path: Path) -> None:
+    tape = small_run.recording
+    numbers = sum(array.size for array in tape.arrays().values())
+    thin = tape.thinned(numbers // 3)
+    assert thin.metadata["every_tick"] in (3, 4)
+    assert sum(array.size for array in thin.arrays().values()) <= numbers // 3 + 2 * numbers // len(tape.t)
+    assert (thin.t[0], thin.t[-1]) == (tape.t[0], tape.t[-1])
+    thin.save(tmp_path / "thin", table_numbers=numbers // 6)
+    again = Recording.load(tmp_path / "thin")
+    np.testing.assert_array_equal(again.q, thin.q)
+    note = json.loads((tmp_path / "thin.json").read_text(encoding="utf-8"))
+    assert note["csv_every_tick"] >= 2 * thin.metadata["every_tick"]
+    assert tape.thinned(numbers) is tape

@@ -7,7 +7,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import merge
-from itertools import chain, count, islice
+from itertools import chain, count, islice, takewhile
 from typing import NamedTuple
 
 from mafsil.job.description import Job
@@ -93,6 +93,10 @@ class CellSignals:
         """The first tick that is at least `hold`, and at least a period, after a time [s]."""
         return math.ceil((time + max(hold, self.period)) / self.period - INSTANT) * self.period
 
+    def tick_at(self, time: float) -> float:
+        """The first tick that is not before a time [s]."""
+        return math.ceil(time / self.period - INSTANT) * self.period
+
     def take_back(self, names: Iterable[str], time: float) -> None:
         """Outputs have not yet taken the values that they took later than a time [s]."""
         for name in names:
@@ -136,6 +140,13 @@ class CellSignals:
         k = bisect_right(table, time - begin + INSTANT, key=lambda change: change.time) - 1
         found = table[max(k, 0)]
         return Change(begin + found.time, name, found.value)
+
+    def last_rise(self, name: str, time: float) -> float | None:
+        """When a signal last became true up to a time; None if it never did [s]."""
+        begin = [self.latest(name, 0.0)]
+        coming = takewhile(lambda one: one.time <= time + INSTANT, self._changes_after(name, 0.0))
+        rises = [one.time for one in chain(begin, coming) if one.value is True]
+        return rises[-1] if rises else None
 
     def states(self, names: tuple[str, ...], time: float) -> SignalStates:
         """What signals are at the end of the longest wait that begins at a time, and since when."""

@@ -12,7 +12,7 @@ from mafsil.job.tip_moves import TipMoves
 from mafsil.job.tolerance import tolerances
 from mafsil.job.walk import Walk
 
-MOST_CONFIGURATIONS = 6
+MOST_CONFIGURATIONS = 8
 """Other configurations of which the lines that follow are tried."""
 MOST_FORKS = 3
 """Forks one after the other of which both ways are looked at."""
@@ -33,7 +33,8 @@ class Configurations:
         """Where the joints go for a pose: as before for the same pose, nearby, or so that the lines after it run.
 
         1. The configuration in which the pose was taken before.
-        2. The configuration near the present one, if the lines that follow from there are possible and not slowed.
+        2. The configuration near the present one, if the move to it meets nothing, or may go round it, and the lines
+           that follow from there are possible and not slowed.
         3. Of other configurations, the nearest that is better in that; the best one if none is good.
         """
         if goal.branch is not None:
@@ -55,13 +56,13 @@ class Configurations:
         return best
 
     def others(self, index: int, goal: Goal, target: PoseMatrix) -> tuple[JointVector, ...]:
-        """Where a move that keeps something may end as well: not every configuration is reached that way."""
-        if self.walk.job.move[index].constraints is None or goal.branch is not None:
-            return ()
-        if self.walk.goals.taken(target, goal.task) is not None:
+        """Where a planned move may end as well: not every configuration is reached that way."""
+        if goal.branch is not None or self.walk.goals.taken(target, goal.task) is not None:
             return ()
         found = self.walk.goals.others(target, goal.task, self.walk.q)
-        return tuple(q for q in found if self.walk.is_free(q, index))
+        if self.walk.job.move[index].constraints is not None:
+            return tuple(q for q in found if self.walk.is_free(q, index))
+        return tuple(q for q in found[:MOST_CONFIGURATIONS] if self.trouble(index, q) <= SLOW)
 
     def on_branch(self, index: int, branch: BranchChoice, target: PoseMatrix) -> JointVector:
         """The nearest configuration of a branch that is free, if one of them is."""
@@ -71,7 +72,7 @@ class Configurations:
 
     def trouble(self, index: int, q: JointVector) -> float:
         """How many times longer than the tip's bounds ask for the worst line after a move takes; inf if impossible."""
-        if not self.walk.is_free(q, index):
+        if not self.walk.is_free(q, index) or self.walk.is_blocked(index, q):
             return np.inf
         skip = self.walk.job.move[index].skip if index >= 0 else 0
         return self._worst(index + 1 + skip, q, MOST_FORKS)
@@ -84,7 +85,8 @@ class Configurations:
             if move.fork is not None and forks > 0:
                 ways = (k + 1, k + 1 + move.fork.skip)
                 return max(worst, *(self._worst(way, q, forks - 1) for way in ways))
-            if move.fork is not None or (not move.stays and (move.path not in TIP_PATHS or move.pose is None)):
+            of_tip = move.path in TIP_PATHS and move.pose is not None and not move.carried
+            if move.fork is not None or not (move.stays or of_tip):
                 break
             if not move.stays:
                 first, k = k, self.tip_moves.last(k)

@@ -9,9 +9,8 @@ Reference: Universal Robots, The URScript Programming Language; KUKA, Expert Pro
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -22,39 +21,14 @@ from mafsil.geometry import rotation
 from mafsil.geometry.euler import from_rpy, to_rpy
 from mafsil.geometry.quaternion import from_quaternion, to_quaternion
 from mafsil.job.description import Job
-from mafsil.job.equipment import Load
-from mafsil.job.payload import centre_of_mass
-from mafsil.job.plan import Leg, Plan
+from mafsil.job.instructions import Instruction, instructions
+from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
 from mafsil.messages.visible import visible
 
-CHORD = 0.02
-"""Of a path that languages do not have, points are so far apart at most [rad | m]."""
 NUMBER = r"[-+]?\d+(?:\.\d+)?"
 SAME = 1e-10
 """Numbers that are read back differ by less [rad, m, s, kg, entries of the rotation]."""
-CORNER = 1e-3
-"""Zone of the points of a sampled path, at which the arm need not stop [m]."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Instruction:
-    """One step of a program, in SI units.
-
-    Attributes:
-        kind: `tool`, `load`, `joints`, `line`, `set`, `wait` or `pause`.
-        values: of the tool and of a line a pose (4, 4); of a load mass and centre in the flange frame; coordinates of
-            joints; 0 or 1 of a signal; seconds of a pause.
-        number: of a signal.
-        time, speed, zone: of a motion: duration, zero if it is not known; of the tip; radius of the corner [s, m/s, m].
-    """
-
-    kind: str
-    values: Floats
-    number: int = 0
-    time: float = 0.0
-    speed: float = 0.0
-    zone: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +37,8 @@ class Language:
 
     Attributes:
         endings: of its files.
-        templates: of each kind; `<v>` are the values, `<m>` a mass, `<b>` the value
-            of a signal and `<n>` its number, `<t>`, `<s>`, `<r>` time, speed and zone.
+        templates: of each kind; `<v>` are the values, of an arc the second ones, the first being `<w>`; `<m>` a mass,
+            `<b>` the value of a signal and `<n>` its number, `<t>`, `<s>`, `<r>` time, speed and zone.
         turn, length: units of angles and lengths in its files.
         joints: fewest and most that the controller drives.
         written: axes that always stand in a target: those that a robot lacks are zero.
@@ -73,6 +47,7 @@ class Language:
         labels: before the values of joints and of poses.
         around: text before and after.
         keeps_time: whether a motion can be given its duration.
+        first_signal: number of the first one.
     """
 
     endings: tuple[str, ...]
@@ -86,6 +61,7 @@ class Language:
     labels: Mapping[str, tuple[str, ...]]
     around: tuple[str, str]
     keeps_time: bool = True
+    first_signal: int = 0
 
 
 def _zyx(R: Floats) -> Floats:
@@ -99,7 +75,11 @@ def _of_zyx(abc: Floats) -> Floats:
 AXES = tuple(f"A{k} " for k in range(1, 7)) + tuple(f"E{k} " for k in range(1, 7))
 XYZABC = ("X ", "Y ", "Z ", "A ", "B ", "C ")
 ROBTARGET = ",[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
-RAPID_SPEED = ",[<s>,500,5000,1000]\\T:=<t>,[FALSE,<r>,<r>,<r>,0,<r>,0],mafsil_tool;"
+LASTING = "\\T:=<t>"
+"""Where RAPID writes a duration, if there is one."""
+RAPID_SPEED = f",[<s>,500,5000,1000]{LASTING},[<f>,<r>,<r>,<r>,0,<r>,0],mafsil_tool;"
+JOINT_SPEED = 1.0
+"""Written where a motion of the joints has no duration [m/s]."""
 DEGREE = np.pi / 180.0
 
 LANGUAGES: dict[str, Language] = {
@@ -107,7 +87,8 @@ LANGUAGES: dict[str, Language] = {
         (".script", ".urscript"),
         {
             "tool": "set_tcp(p[<v>])", "load": "set_payload(<m>, [<v>])", "joints": "movej([<v>], t=<t>, r=<r>)",
-            "line": "movel(p[<v>], v=<s>, t=<t>, r=<r>)", "pause": "sleep(<v>)",
+            "line": "movel(p[<v>], v=<s>, t=<t>, r=<r>)", "arc": "movec(p[<w>], p[<v>], v=<s>, r=<r>)",
+            "pause": "sleep(<v>)",
             "set": "set_standard_digital_out(<n>, <b>)",
             "wait": "while get_standard_digital_in(<n>) != <b>:\n  sync()\nend",
         },
@@ -118,17 +99,19 @@ LANGUAGES: dict[str, Language] = {
         {
             "tool": "$TOOL={<v>}", "load": "$LOAD={M <m>,CM {<v>,A 0,B 0,C 0},J {X 0,Y 0,Z 0}}",
             "joints": "PTP {<v>}", "line": "$VEL.CP=<s>\n$APO.CDIS=<r>\nLIN {<v>} C_DIS",
+            "arc": "$VEL.CP=<s>\n$APO.CDIS=<r>\nCIRC {<w>},{<v>} C_DIS",
             "pause": "WAIT SEC <v>", "set": "$OUT[<n>]=<b>", "wait": "WAIT FOR $IN[<n>]==<b>",
         },
         DEGREE, 1e-3, (1, 12), 6, (_zyx, _of_zyx), True,
-        {"joints": AXES, "line": XYZABC, "tool": XYZABC, "load": XYZABC},
-        ("DEF mafsil_job()\nBAS(#INITMOV,0)\n$BASE=$NULLFRAME\n", "END\n"), keeps_time=False,
+        {"joints": AXES, "line": XYZABC, "arc": XYZABC, "tool": XYZABC, "load": XYZABC},
+        ("DEF mafsil_job()\nBAS(#INITMOV,0)\n$BASE=$NULLFRAME\n", "END\n"), keeps_time=False, first_signal=1,
     ),
     "rapid": Language(
         (".mod",),
         {
             "tool": "mafsil_tool.tframe:=[<v>];", "load": "mafsil_tool.tload:=[<m>,[<v>],[1,0,0,0],0,0,0];",
             "joints": "MoveAbsJ [[<v>]]" + RAPID_SPEED, "line": "MoveL [<v>" + ROBTARGET + RAPID_SPEED,
+            "arc": "MoveC [<w>" + ROBTARGET + ",[<v>" + ROBTARGET + RAPID_SPEED,
             "pause": "WaitTime <v>;", "set": "SetDO mafsil_do<n>,<b>;", "wait": "WaitDI mafsil_di<n>,<b>;",
         },
         DEGREE, 1e-3, (1, 12), 12, (to_quaternion, from_quaternion), False, {},
@@ -170,65 +153,6 @@ def language_of(path: Path) -> Language:
     raise InputError("input.choice", name="program", value=path.suffix, known=known)
 
 
-def instructions(job: Job, plan: Plan) -> tuple[list[Instruction], list[Remark]]:
-    """What a plan does, one after the other, and what of it no language carries."""
-    lost: list[Remark] = []
-    steps, load = [Instruction("joints", plan.start)], None
-    for leg in plan.legs:
-        if leg.load != load:
-            steps += _load(leg.load, changed=load is None or load.equipment is not leg.load.equipment)
-            load = leg.load
-        steps += _steps(job, leg, lost)
-    return steps, lost
-
-
-def _load(load: Load, *, changed: bool) -> Iterator[Instruction]:
-    """The tool, if it changed, and what hangs on the flange: masses and their common centre."""
-    tool, T = load.equipment.tool, load.equipment.T_of_flange
-    if changed:
-        yield Instruction("tool", T)
-    masses, centres = [tool.mass], [np.asarray(tool.com)]
-    if load.carried is not None:
-        masses.append(load.carried.mass)
-        centres.append(T[:3, :3] @ centre_of_mass(load.carried) + T[:3, 3])
-    total = sum(masses)
-    yield Instruction("load", np.append(total, np.dot(masses, centres) / total if total > 0.0 else np.zeros(3)))
-
-
-def _steps(job: Job, leg: Leg, lost: list[Remark]) -> Iterator[Instruction]:
-    move, name = job.move[leg.index], visible(leg.name) or str(leg.index + 1)
-    motion, speed = leg.trajectory, move.tip_speed or job.limits.tip_speed
-    end = motion.at(motion.duration).u
-    if leg.kind in ("pause", "pick", "place", "tool"):
-        yield Instruction("pause", np.array([motion.duration]))
-        if leg.kind != "pause":
-            lost.append(Remark("warning", "job.program_gripper", {"move": name}))
-    elif leg.kind in ("set", "wait"):
-        signals = list(job.output if leg.kind == "set" else job.input)
-        for signal, value in (move.set if leg.kind == "set" else move.wait).items():
-            if isinstance(value, bool):
-                number = signals.index(signal) if signal in signals else len(signals)
-                yield Instruction(leg.kind, np.array([float(value)]), number)
-            else:
-                lost.append(Remark("warning", "job.program_signal", {"move": name, "signal": visible(signal)}))
-    elif leg.kind == "if":
-        lost.append(Remark("warning", "job.program_choice", {"move": name}))
-    elif leg.kind == "joint" and leg.way is None and not move.via:
-        yield Instruction("joints", end, time=motion.duration)
-    elif leg.kind == "line":
-        yield Instruction("line", np.asarray(leg.load.robot.forward_kinematics(end)), time=motion.duration, speed=speed)
-    elif leg.kind != "settle":
-        way = motion.at(np.linspace(0.0, motion.duration, 1001)).u
-        far = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(way, axis=0)).max(axis=1))])
-        count = int(np.ceil(far[-1] / CHORD)) + 1
-        places = [float(far[-1]) * k / (count - 1) for k in range(count)] if count > 1 else []
-        rows = [int(np.searchsorted(far, place)) for place in places]
-        for before, row in pairwise(rows):
-            time = (row - before) / 1000.0 * motion.duration
-            yield Instruction("joints", way[row], time=time, zone=0.0 if row == rows[-1] else CORNER)
-        lost.append(Remark("warning", "job.program_sampled", {"move": name, "count": count - 1}))
-
-
 def write_program(job: Job, plan: Plan, language: Language) -> Program:
     """The plan of a job in a language, with what is lost.
 
@@ -242,15 +166,22 @@ def write_program(job: Job, plan: Plan, language: Language) -> Program:
     steps, lost = instructions(job, plan)
     mechanism, (fewest, most) = plan.legs[0].load.robot.mechanism, language.joints
     angular = mechanism.angular
+    if job.track:
+        raise InputError("job.program_track")
     if mechanism.loops or not fewest <= len(angular) <= most:
         raise InputError("job.program_joints", joints=len(angular), fewest=fewest, most=most)
     if not language.keeps_time:
         lost.append(Remark("warning", "job.program_times", {}))
+    elif "<t>" not in language.templates["arc"] and any(step.kind == "arc" for step in steps):
+        lost.append(Remark("warning", "job.program_arcs", {}))
+    if any(step.zone > 0.0 and step.kind != "joints" for step in steps):
+        lost.append(Remark("warning", "job.program_corners", {}))
     lines = [line for step in steps for line in _written(step, language, angular).split("\n")]
+    comment = "#" if language.turn == 1.0 else ";" if language.labels else "!"
     names = "".join(
-        f"{'#' if language.turn == 1.0 else ';' if language.labels else '!'} {kind} {k}: {visible(name)}\n"
+        f"{comment} {kind} {k}: {visible(name)}\n"
         for kind, table in (("output", job.output), ("input", job.input))
-        for k, name in enumerate(table)
+        for k, name in enumerate(table, start=language.first_signal)
     )
     head, foot = language.around
     text = head + names + "".join(f"  {line}\n" for line in lines) + foot
@@ -261,6 +192,12 @@ def write_program(job: Job, plan: Plan, language: Language) -> Program:
 
 
 def _written(step: Instruction, language: Language, angular: Booleans) -> str:
+    if step.kind == "arc":
+        first = _written(
+            replace(step, kind="line", values=step.values[0]), replace(language, templates={"line": "<v>"}), angular
+        )
+        second = replace(language, templates={"line": language.templates["arc"].replace("<w>", first)})
+        return _written(replace(step, kind="line", values=step.values[1]), second, angular)
     values = _in_units(step, language, angular)
     labels = language.labels.get(step.kind, ("",) * len(values))
     mass, shown = ("", values) if step.kind != "load" else (_digits(step.values[0]), values[1:])
@@ -272,12 +209,14 @@ def _written(step: Instruction, language: Language, angular: Booleans) -> str:
     else:
         body = ",".join(texts)
     truth = ("False", "True") if language.turn == 1.0 else ("FALSE", "TRUE") if language.labels else ("0", "1")
-    speed = step.speed if language.labels else step.speed / language.length
+    speed = (step.speed or JOINT_SPEED) / (1.0 if language.labels else language.length)
+    template = language.templates[step.kind].replace("" if step.time else LASTING, "")
     marks = {
-        "v": body, "m": mass, "n": str(step.number), "b": truth[int(step.values.flat[0] > 0.5)],
+        "v": body, "m": mass, "n": str(step.number + language.first_signal),
+        "b": truth[int(step.values.flat[0] > 0.5)], "f": "FALSE" if step.zone > 0.0 else "TRUE",
         "t": _digits(step.time), "s": _digits(speed), "r": _digits(step.zone / language.length),
     }  # fmt: skip
-    return re.sub("<([a-z])>", lambda match: marks[match[1]], language.templates[step.kind])
+    return re.sub("<([a-z])>", lambda match: marks[match[1]], template)
 
 
 def _in_units(step: Instruction, language: Language, angular: Booleans) -> Floats:
@@ -310,14 +249,18 @@ def read_program(text: str, language: Language, angular: Booleans) -> list[Instr
     Raises:
         FileError: a line that is no instruction; it is named.
     """
-    patterns = {kind: re.compile(_pattern(template)) for kind, template in language.templates.items()}
+    patterns = [
+        (kind, re.compile(_pattern(each)))
+        for kind, template in language.templates.items()
+        for each in dict.fromkeys((template, template.replace(LASTING, "")))
+    ]
     found = list[Instruction]()
     head, foot = language.around
     place, end = text.find(head) + len(head), text.rfind(foot)
     if place < len(head) or end < place:
         raise FileError("job.program_line", line=1, text=text[:80].split("\n")[0])
     while (place := _after_blanks(text, place)) < end:
-        hits = ((kind, one.match(text, place)) for kind, one in patterns.items())
+        hits = ((kind, one.match(text, place)) for kind, one in patterns)
         kind, match = next(((kind, match) for kind, match in hits if match is not None), ("", None))
         if match is None:
             rest = text[place : place + 80].split("\n")[0]
@@ -335,7 +278,7 @@ def _after_blanks(text: str, place: int) -> int:
 
 def _pattern(template: str) -> str:
     """A template as a regular expression: numbers for its marks, any blanks after line breaks."""
-    marks = {"v": "(?P<v>.*?)", "b": r"(?P<b>\w+)", "n": r"(?P<n>\d+)"}
+    marks = {"v": "(?P<v>.*?)", "w": "(?P<w>.*?)", "b": r"(?P<b>\w+)", "f": r"(?P<f>\w+)", "n": r"(?P<n>\d+)"}
     made, seen = "", set[str]()
     for k, piece in enumerate(re.split("<([a-z])>", template)):
         if k % 2 == 0:
@@ -349,8 +292,13 @@ def _pattern(template: str) -> str:
 
 
 def _read(kind: str, marks: Mapping[str, str], language: Language, angular: Booleans) -> Instruction:
+    if kind == "arc":
+        ends = [_read("line", {**marks, "v": marks[each], "w": ""}, language, angular) for each in ("w", "v")]
+        return replace(ends[1], kind="arc", values=np.stack([one.values for one in ends]))
     numbers = np.array([float(each) for each in re.findall(rf"(?<![\w.]){NUMBER}", marks.get("v") or "")])
-    step = Instruction(kind, numbers, int(marks.get("n") or 0), float(marks.get("t") or 0.0))
+    zone = float(marks.get("r") or 0.0) * language.length
+    number = int(marks["n"]) - language.first_signal if marks.get("n") else 0
+    step = Instruction(kind, numbers, number, float(marks.get("t") or 0.0), zone=zone)
     if kind in ("set", "wait"):
         return replace(step, values=np.array([float(marks["b"].lower() in ("true", "1"))]))
     if kind == "load":

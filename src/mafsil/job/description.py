@@ -20,6 +20,7 @@ from mafsil.job.driving_tables import Disturbance as Disturbance
 from mafsil.job.driving_tables import LawKind as LawKind
 from mafsil.job.driving_tables import Noise as Noise
 from mafsil.job.driving_tables import Simulation as Simulation
+from mafsil.job.driving_tables import Track as Track
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.part import Four as Four
 from mafsil.job.part import NotNegative as NotNegative
@@ -27,8 +28,9 @@ from mafsil.job.part import Part as Part
 from mafsil.job.part import Pose as Pose
 from mafsil.job.part import Positive as Positive
 from mafsil.job.part import Share as Share
+from mafsil.job.part import Six
 from mafsil.job.part import Three as Three
-from mafsil.job.signals import Condition, Fork, Input, SignalValue
+from mafsil.job.signals import Condition, Fork, Input, PathOutput, SignalValue
 from mafsil.job.surrounding_tables import Collision as Collision
 from mafsil.job.surrounding_tables import Obstacle as Obstacle
 from mafsil.job.surrounding_tables import PlannerName as PlannerName
@@ -68,11 +70,13 @@ class Goal(Pose, frozen=True, kw_only=True):
         relative: a displacement instead, from where the tip is then, along its own axes (`tool`) or those of {s}
             (`space`).
         branch: which of the configurations is taken; the nearest that the plan allows if None.
+        carrier: name of the moving frame in which the pose is; {s} if None.
     """
 
     task: Task = "pose"
     relative: Literal["tool", "space"] | None = None
     branch: BranchChoice | None = None
+    carrier: str | None = None
 
 
 UNNAMED = "part"
@@ -137,6 +141,11 @@ class Step(Part, frozen=True, kw_only=True):
         place: let go of it.
         pause: rest [s].
         set: values that outputs take.
+        outputs: that take values while the move is under way.
+        process_wrench: (m, f) of the process on the tip while the move is under way, in the tip frame [N m, N].
+        process_known: whether the controller compensates it; laws of the tip do not.
+        until: conditions on signals, all of them: where they hold the move ends early.
+        until_force: of contact at the tip, at which the move ends early [N].
         wait: conditions on signals, all of them: rest until they hold.
         timeout: longest wait [s]; what does not come within it is a refusal.
         hold: time that pick, place and a change of tools take [s].
@@ -163,6 +172,11 @@ class Step(Part, frozen=True, kw_only=True):
     tool: str | None = None
     pause: Positive | None = None
     set: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
+    outputs: tuple[PathOutput, ...] = ()
+    process_wrench: Six | None = None
+    process_known: bool = True
+    until: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
+    until_force: Positive | None = None
     wait: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
     timeout: Positive | None = None
     hold: NotNegative = 0.3
@@ -189,6 +203,11 @@ class Move(Step, frozen=True, kw_only=True):
     via: tuple[tuple[float, ...] | Pose, ...] = ()
     fork: Fork | None = None
     skip: int = 0
+
+    @property
+    def carried(self) -> bool:
+        """Whether its goal is in a moving frame."""
+        return self.pose is not None and self.pose.carrier is not None
 
     @property
     def stays(self) -> bool:
@@ -241,8 +260,8 @@ class Bounds(Part, frozen=True, kw_only=True):
 
     Attributes:
         speed_scale, acceleration_scale: of the robot's own limits.
-        velocity, acceleration: bounds for all joints where the description has none, in the units of the file; 2 and 5
-            [rad/s | m/s, rad/s^2 | m/s^2] if None.
+        velocity, acceleration: bounds of joints where the description has none, one number for all or one per joint, in
+            the units of the file; 2 and 5 [rad/s | m/s, rad/s^2 | m/s^2] if None.
         jerk: the same of moves with limited jerk; 50 [rad/s^3 | m/s^3] if None.
         tip_speed, tip_acceleration: of paths of the tip [m/s, m/s^2].
         tip_angular_speed: of paths of the tip [rad/s].
@@ -250,9 +269,9 @@ class Bounds(Part, frozen=True, kw_only=True):
 
     speed_scale: Share = 0.7
     acceleration_scale: Share = 0.7
-    velocity: Positive | None = None
-    acceleration: Positive | None = None
-    jerk: Positive | None = None
+    velocity: Positive | tuple[Positive, ...] | None = None
+    acceleration: Positive | tuple[Positive, ...] | None = None
+    jerk: Positive | tuple[Positive, ...] | None = None
     tip_speed: Positive = 0.25
     tip_acceleration: Positive = 1.0
     tip_angular_speed: Positive = 1.0
@@ -265,11 +284,29 @@ class Report(Part, frozen=True, kw_only=True):
         language: `en` or `ar`; the language of the command if None.
         frame_rate: of the replay [1/s].
         rows: most rows of a plot.
+        megabytes: size that the files of results should not exceed: a longer recording holds every m-th tick.
     """
 
     language: Literal["en", "ar"] | None = None
     frame_rate: Annotated[float, msgspec.Meta(ge=1, le=240)] = 50.0
     rows: Annotated[int, msgspec.Meta(ge=50, le=20000)] = 1500
+    megabytes: Annotated[float, msgspec.Meta(ge=1)] = 20.0
+
+
+class MovingFrame(msgspec.Struct, frozen=True, kw_only=True):
+    """A frame that moves, such as that of a conveyor or a turntable.
+
+    Attributes:
+        pose: where it is at its time zero, in {s}.
+        velocity: of its origin in {s} [m/s].
+        angular_speed: about its z axis [rad/s].
+        since: the input whose last change to true is its time zero; the beginning of the job if None.
+    """
+
+    pose: Pose
+    velocity: Three
+    angular_speed: float
+    since: str | None
 
 
 class Cell(msgspec.Struct, frozen=True, kw_only=True):
@@ -296,6 +333,7 @@ class Head(Part, frozen=True, kw_only=True):
         lengths: unit of all lengths of the file, and of what is per length or per time.
         lock: joints that are locked, by name [rad, or degrees; m]; they are no coordinates of the arm then.
         variables: by name; `"$name"` anywhere in the file stands for its value.
+        track: linear axes that carry the robot, the first one carries the others.
         tool: on the flange, unless the arm starts with another one.
         tools: that moves change to, by name.
         output: signals that moves set, by name, with the values that they begin with.
@@ -312,6 +350,7 @@ class Head(Part, frozen=True, kw_only=True):
     lengths: Literal["metres", "millimetres"] = "metres"
     variables: dict[str, Variable] = msgspec.field(default_factory=dict[str, Variable])
     lock: dict[str, float] = msgspec.field(default_factory=dict[str, float])
+    track: tuple[Track, ...] = ()
     tool: Tool = Tool()
     tools: dict[str, Tool] = msgspec.field(default_factory=dict[str, Tool])
     output: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
@@ -340,10 +379,14 @@ class Job(Head, frozen=True, kw_only=True):
         move: one after the other.
         origins: for each move the keys in the file that it comes from; empty if they are its own.
         cells: what the file includes.
-        lying: parts that lie somewhere at the beginning, and the poses of their boxes.
+        lying: parts that lie somewhere at the beginning, the poses of their boxes, and the moving frame that carries
+            them, where it is at its time zero.
+        moving: frames that move, by name.
     """
 
-    lying: tuple[tuple[Grasp, Pose], ...] = ()
+    moving: dict[str, MovingFrame] = msgspec.field(default_factory=dict[str, MovingFrame])
+
+    lying: tuple[tuple[Grasp, Pose, str | None], ...] = ()
     start: Start = Start()
     obstacle: tuple[Obstacle, ...] = ()
     other_robot: tuple[OtherRobot, ...] = ()

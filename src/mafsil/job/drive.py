@@ -14,6 +14,7 @@ from mafsil.job.limiting import limits_of_cycle
 from mafsil.job.plan import Plan
 from mafsil.job.plan_simulation import simulate_plan
 from mafsil.job.run import Run
+from mafsil.job.searching import search_remarks
 from mafsil.robot import Robot
 
 
@@ -46,5 +47,6 @@ def drive(
     """
     run = replace(simulate_plan(job, text, robot, plan, progress, log=log), limits=limits_of_cycle(plan))
     causes = causes_of(run, again) if explained and not plan.kinematic else {}
-    found = replace(run, remarks=(*judgement.remarks(run, judgement.summary(run), causes), *run.remarks))
+    searches = search_remarks(job, plan, simulated=True)
+    found = replace(run, remarks=(*searches, *judgement.remarks(run, judgement.summary(run), causes), *run.remarks))
     return replace(found, remarks=(*found.remarks, *stability_remarks(found)))

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
-from mafsil.job.part import NotNegative, Part, Positive, Six
+from mafsil.job.part import NotNegative, Part, Positive, Six, Three
 
 LawKind: TypeAlias = Literal[
     "computed_torque", "pd_gravity", "pid", "feedforward", "sliding_mode", "min_max", "adaptive",
@@ -16,6 +16,15 @@ LawKind: TypeAlias = Literal[
 WITHOUT_INERTIA = ("pid", "pd_gravity")
 """Laws that know no inertia, and lag behind accelerations."""
 TIP_LAWS: tuple[LawKind, ...] = ("task_computed_torque", "impedance", "admittance", "hybrid")
+
+
+PerAxis: TypeAlias = NotNegative | tuple[NotNegative, ...]
+"""One number, or one along each axis of {s}: three. (Beside a tuple of fixed length msgspec 0.22 overwrites memory.)"""
+
+
+def has_free_direction(stiffness: PerAxis | None) -> bool:
+    """Whether nothing pulls the tip back in some direction."""
+    return 0.0 in (stiffness if isinstance(stiffness, tuple) else (stiffness,))
 
 
 class Controller(Part, frozen=True, kw_only=True):
@@ -41,8 +50,10 @@ class Controller(Part, frozen=True, kw_only=True):
             chatter [rad/s | m/s]; of min-max 1 [N m/s | N/s].
         horizon: intervals that `model_predictive` looks ahead; 20 if None.
         interval: length of one; 0.005 if None [s].
-        tip_stiffness, rotational_stiffness: of impedance and admittance; if None, what makes the arm's inertia at the
-            start swing with 20 rad/s [N/m, N m/rad].
+        tip_stiffness, rotational_stiffness: of impedance and admittance, one number or one along each axis of {s}; 0
+            leaves a direction free; if None, what makes the arm's inertia at the start swing with 20 rad/s
+            [N/m, N m/rad].
+        tip_damping, rotational_damping: likewise, instead of the damping ratio [N s/m, N m s/rad].
         tip_mass, turn_inertia: of admittance; those of the arm at the start if None [kg, kg m^2].
         normal_force: force of `hybrid` into the surface; 10 if None [N].
         force_gain, force_integral: of the error of that force; 0 and 10 if None [1, 1/s].
@@ -65,8 +76,10 @@ class Controller(Part, frozen=True, kw_only=True):
     horizon: Annotated[int, msgspec.Meta(ge=1, le=200)] | None = None
     interval: Positive | None = None
     learning: NotNegative | None = None
-    tip_stiffness: Positive | None = None
-    rotational_stiffness: Positive | None = None
+    tip_stiffness: PerAxis | None = None
+    rotational_stiffness: PerAxis | None = None
+    tip_damping: PerAxis | None = None
+    rotational_damping: PerAxis | None = None
     tip_mass: Positive | None = None
     turn_inertia: Positive | None = None
     normal_force: Positive | None = None
@@ -75,6 +88,11 @@ class Controller(Part, frozen=True, kw_only=True):
     friction: bool | None = None
     rate: Positive | None = None
     delay: NotNegative = 0.0
+
+    @property
+    def guides(self) -> bool:
+        """Whether the tip may be led away from the plan: in some direction nothing pulls it back."""
+        return has_free_direction(self.tip_stiffness) or has_free_direction(self.rotational_stiffness)
 
 
 class Noise(Part, frozen=True, kw_only=True):
@@ -136,3 +154,18 @@ class Disturbance(Part, frozen=True, kw_only=True):
     start: NotNegative
     duration: Positive
     wrench: Six
+
+
+class Track(Part, frozen=True, kw_only=True):
+    """A linear axis on which the robot, or the next axis, stands. Its coordinate comes before those of the robot.
+
+    Attributes:
+        direction: in {s}.
+        range: least and largest coordinate; at 0 the robot stands at the origin of {s} [m].
+        speed, acceleration: largest [m/s, m/s^2]; as assumed for all joints if None.
+    """
+
+    direction: Three
+    range: tuple[float, float]
+    speed: Positive | None = None
+    acceleration: Positive | None = None

@@ -44,14 +44,16 @@ def assumed_limits(job: Job, robot: Robot, name: str) -> Floats:
     """(n,) limits of joints whose description has none [rad | m, and time derivatives].
 
     Args:
-        job: that may name one number for all, in the units of its file.
+        job: that may name one number for all, or one per joint, in the units of its file.
         robot: whose joints they are.
         name: velocity, acceleration or jerk.
     """
-    turns, asked = revolute(robot), getattr(job.limits, name)
-    if asked is None:
+    turns = revolute(robot)
+    asked: float | tuple[float, ...] | None = getattr(job.limits, name)
+    if asked is None or (isinstance(asked, tuple) and len(asked) != robot.n):
+        # A list is of the job's robot: other robots have the usual limits.
         return np.full(robot.n, ASSUMED[name])
-    return asked * np.where(turns, angle_unit(job), length_unit(job))
+    return np.asarray(asked) * np.where(turns, angle_unit(job), length_unit(job))
 
 
 def require_fit(job: Job, robot: Robot, places: Places) -> None:
@@ -162,6 +164,8 @@ def _configurations(job: Job) -> Iterator[tuple[Path, tuple[float, ...]]]:
 
 def _lists(job: Job) -> Iterator[tuple[Path, object]]:
     """What may be one number, or one per joint."""
+    for name in ("velocity", "acceleration", "jerk"):
+        yield ("limits", name), getattr(job.limits, name)
     yield ("controller", "kp"), job.controller.kp
     yield ("controller", "kd"), job.controller.kd
     yield ("controller", "integral"), job.controller.integral

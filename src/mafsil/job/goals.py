@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik import IKResult, SolutionSet, inverse_kinematics, solve_ik
 from mafsil.job.description import BranchChoice, Task
 from mafsil.job.fitting import is_far, revolute
@@ -19,6 +19,8 @@ FEW, MANY = 7, 63
 """Further starts where there may be no exact configuration: for the nearest, and for one within the tolerance."""
 SAME = 1e-9
 """Poses that differ by less are the same [m, and entries of the rotation]."""
+ALIKE = 1e-5
+"""Configurations that differ by less are the same [rad | m]."""
 STARTS = 24
 """Sampled starts of the search for other configurations."""
 
@@ -78,8 +80,15 @@ class Goals:
         # Half of the starts lie around where the arm is: a redundant arm has configurations everywhere between.
         starts[::2] = q0 + (starts[::2] - q0) / 3
         answer = solve_ik(self.robot, np.broadcast_to(T, (STARTS, 4, 4)), starts, task=task, restarts=0)
-        found = answer.q[answer.solved]
-        return list(found[np.argsort(np.abs(found - q0).max(axis=1), kind="stable")])
+        found = self._wound(answer.q[answer.solved], q0)
+        _, first = np.unique(np.round(found / ALIKE), axis=0, return_index=True)
+        return list(found[first[np.argsort(np.abs(found[first] - q0).max(axis=1), kind="stable")]])
+
+    def _wound(self, rows: Floats, q0: JointVector) -> Floats:
+        """Configurations (k, n) whose revolute joints are whole turns nearer to `q0`, where the limits allow that."""
+        limits, is_revolute = self.robot.limits, revolute(self.robot)
+        wound = np.where(is_revolute, rows + 2.0 * np.pi * np.round((q0 - rows) / (2.0 * np.pi)), rows)
+        return np.where(limits.within(wound), wound, rows)
 
     def on_branch(self, T: PoseMatrix, branch: BranchChoice, q0: JointVector, where: object) -> list[JointVector]:
         """The configurations of a branch for a pose, wound towards a given one, the nearest first.
@@ -103,9 +112,7 @@ class Goals:
             known = sorted({str(kind) for kind, inside in zip(kinds, answer.within, strict=True) if inside})
             words = ", ".join(f"{name} {value}" for name, value in asked.items())
             raise Refused("job.no_branch", move=where, asked=words, known=", ".join(known) or "-")
-        limits, is_revolute = self.robot.limits, revolute(self.robot)
-        wound = np.where(is_revolute, rows + 2.0 * np.pi * np.round((q0 - rows) / (2.0 * np.pi)), rows)
-        rows = np.where(limits.within(wound), wound, rows)
+        rows = self._wound(rows, q0)
         return list(rows[np.argsort(np.abs(rows - q0).max(axis=1), kind="stable")])
 
     def _nearest(self, T: PoseMatrix, task: Task, q0: JointVector, allowed: Tolerances) -> IKResult:

@@ -5,9 +5,13 @@ What moves of a job keep, as constraints of the planner and in words.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeAlias
+
 import numpy as np
 
-from mafsil.arrays import JointVector
+from mafsil.arrays import Floats, JointVector
 from mafsil.collision import ContactPair
 from mafsil.job.constraint_table import PathConstraints
 from mafsil.job.description import QUICKEST, Bounds
@@ -25,6 +29,10 @@ from mafsil.planning import FixedOrientation, InPlane, OnLine, Upright
 from mafsil.planning.path_constraints import Constraint
 from mafsil.trajectory import Trajectory
 
+OtherGoals: TypeAlias = Callable[[], tuple[JointVector, ...]]
+"""Configurations (n,) where a planned move may end as well, worked out where they are needed."""
+FEW_NODES = 2_000
+"""Of the search for a way to one configuration, before others of the same pose may end it as well."""
 WIDTH = 1e-3
 """Of lines and planes, where the job names none [m]."""
 
@@ -40,14 +48,14 @@ class JointMoves:
         self.walk = walk
 
     def joint_motion(
-        self, index: int, goal: JointVector, others: tuple[JointVector, ...] = ()
+        self, index: int, goal: JointVector, others: OtherGoals = tuple
     ) -> tuple[Trajectory, Timing, WayRound | None]:
         """All joints together to a goal, through points on the way or round what stands in it; what limits that.
 
         Args:
             index: of the move.
             goal: (n,) where it ends.
-            others: (n,) each, where it may end as well if it keeps something.
+            others: gives (n,) each, where it may end as well if it is planned.
         """
         move, robot, where = self.walk.job.move[index], self.walk.robot, self.walk.where(index)
         way = self.way_round(index, goal, None, others)
@@ -76,7 +84,7 @@ class JointMoves:
         return not move.via and move.profile in (None, *QUICKEST) and self.walk.avoids(index)
 
     def way_round(
-        self, index: int, goal: JointVector, met: ContactPair | None = None, others: tuple[JointVector, ...] = ()
+        self, index: int, goal: JointVector, met: ContactPair | None = None, others: OtherGoals = tuple
     ) -> WayRound | None:
         """A way round obstacles; None where the move does not ask for one, or where the straight way is free.
 
@@ -84,7 +92,7 @@ class JointMoves:
             index: of the move.
             goal: (n,) where it ends.
             met: what the way without it meets, where that is no straight way of the joints.
-            others: (n,) each, where it may end as well if it keeps something.
+            others: gives (n,) each, where it may end as well if it is planned.
         """
         walk = self.walk
         move, around, where = walk.job.move[index], walk.surroundings, walk.where(index)
@@ -95,17 +103,23 @@ class JointMoves:
         if move.constraints is not None:
             if np.abs(goal - walk.q).max(initial=0.0) < STILL:
                 return None
-            constraints, goal = (
-                constraints_of(move.constraints, walk.load.equipment, angle_unit(walk.job)),
-                np.stack([goal, *others]),
-            )
-        found = around.way_round(walk.q, goal, walk.load, clearance, move.planner, met, parts, constraints)
+            constraints = constraints_of(move.constraints, walk.load.equipment, angle_unit(walk.job))
+
+        def search(goals: Floats, nodes: int | None = None) -> WayRound | None:
+            asked = walk.q, goals, walk.load, clearance, move.planner, met, parts, constraints
+            return around.way_round(*asked, nodes=nodes)
+
+        found = search(np.stack([goal, *others()])) if constraints else search(goal, FEW_NODES)
         if found is None:
             return None
+        if not found.plan and not constraints:
+            again = search(np.stack([goal, *others()]))
+            assert again is not None
+            found = replace(again, contact=found.contact)
         if not found.plan:
-            raise Refused(
-                "job.no_constrained_path" if constraints else "job.no_way_round", move=where, reason=found.plan
-            )
+            if constraints:
+                raise Refused("job.no_constrained_path", move=where, reason=found.plan)
+            raise Refused("job.no_way_round", move=where, reason=found.plan, **found.bodies())
         walk.remarks.append(
             Remark("good", "job.went_round", {"move": where} | found.details())
             if not constraints

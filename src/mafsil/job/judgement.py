@@ -159,7 +159,7 @@ def remarks(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple[R
     found = [] if run.stopped is None else [_explain(run.stopped, known, EndedEarly)]
     collapse = [_explain(remark, known, GivenWay) for remark in _collapse(run)]
     found += collapse + _failure_remarks(run, numbers, known) + overload_remarks(overloads(run), run.robot)
-    near = clearance_remarks(numbers.clearances, numbers.tip_error)
+    near = clearance_remarks(numbers.clearances, 0.0 if run.job.controller.guides else numbers.tip_error)
     found += [remark for remark in near if remark.level != "good"]
     kept = keeping_remarks(run)
     found += [remark for remark in kept if remark.level != "good"]
@@ -170,7 +170,7 @@ def remarks(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple[R
     found += _effort_remarks(run, numbers) + _alternating_remarks(run)
     # Limits that an arm breaks while it falls are no news of their own.
     found += [] if collapse else [*_limit_remarks(run, numbers, known), *_gravity_remarks(run, numbers)]
-    found += _stray_remarks(numbers)
+    found += _stray_remarks(run, numbers) + _guided_remarks(run)
     found += [remark for remark in run.plan.remarks if remark.level != "good"]
     found += late_pushes(run.job, numbers.duration) + _kept_parts(run)
     found.sort(key=lambda remark: remark.level != "failure")
@@ -245,6 +245,15 @@ def _collapse(run: Run) -> list[Remark]:
         "time": quantity(begin, "s"),
     }
     return [Remark("failure", "job.gives_way", details)]
+
+
+def _guided_remarks(run: Run) -> list[Remark]:
+    """How far the arm was led away, where nothing pulls it back."""
+    if not run.job.controller.guides:
+        return []
+    tips, planned = run.tips()
+    way = np.linalg.norm((tips - planned)[:, :3, 3], axis=1).max()
+    return [Remark("good", "job.guided", {"way": quantity(float(way), "m")})]
 
 
 def _effort_remarks(run: Run, numbers: Summary) -> list[Remark]:
@@ -322,8 +331,8 @@ def _gravity_remarks(run: Run, numbers: Summary) -> list[Remark]:
     return []
 
 
-def _stray_remarks(numbers: Summary) -> list[Remark]:
-    if numbers.tip_error <= LARGE_ERROR:
+def _stray_remarks(run: Run, numbers: Summary) -> list[Remark]:
+    if numbers.tip_error <= LARGE_ERROR or run.job.controller.guides:
         return []
     details = {"error": quantity(numbers.tip_error, "m"), "time": quantity(numbers.tip_error_time, "s")}
     return [Remark("warning", "job.large_error", details)]

@@ -16,6 +16,8 @@ from mafsil.simulation.stored_arrays import KINEMATIC
 
 TABLES = ("disturbance", "surface", "hole", "door", "guide", "variation")
 """Tables of a job that mean nothing without forces."""
+MOVE_KEYS = ("process_wrench", "until_force")
+"""Keys of moves that do not either."""
 KEYS = ("method", "mass_error", "payload", "noise", "real_time")
 """Keys of `[simulation]` that do not either."""
 
@@ -53,6 +55,8 @@ def _forces(job: Job) -> Iterator[Path]:
     for table in TABLES:
         if getattr(job, table):
             yield (table, 0) if isinstance(getattr(job, table), tuple) else (table,)
+    for k, move in enumerate(job.move):
+        yield from (("move", k, key) for key in MOVE_KEYS if getattr(move, key) is not None)
     usual = msgspec.structs.asdict(Simulation())
     for key in KEYS:
         if getattr(job.simulation, key) != usual[key]:

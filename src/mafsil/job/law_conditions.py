@@ -216,19 +216,26 @@ def _force_loop(law: HybridControl, run: Run, driven: Driven) -> Iterator[Condit
         yield Condition("force_loop", float(np.abs(roots).max()), 1.0)
 
 
-def _virtual_motion(law: ImpedanceControl, run: Run, driven: Driven) -> Iterator[Condition]:
-    """The tip's motion about its reference: the largest real part of the roots of D, B and K."""
-    yield Condition("virtual_motion", float(law.impedance.roots.real.max()), 0.0)
+def _virtual_motion(law: ImpedanceControl | AdmittanceControl, run: Run, driven: Driven) -> Iterator[Condition]:
+    """The tip's motion about its reference: the largest real part of the roots of D, B and K.
+
+    A direction in which nothing pulls back has a root at zero: there the tip stays where it was led.
+    """
+    roots, led = np.sort(law.impedance.roots.real), int((np.diagonal(law.impedance.stiffness) == 0.0).sum())
+    yield Condition("virtual_motion", float(roots[-1 - led]), 0.0)
 
 
 def _virtual_step(law: AdmittanceControl, run: Run, driven: Driven) -> Iterator[Condition]:
     """The step of the virtual mass, held by its own spring and by the stiffest thing that it may touch."""
-    yield Condition("virtual_motion", float(law.impedance.roots.real.max()), 0.0)
+    yield from _virtual_motion(law, run, driven)
     own, period = law.impedance, driven.scenario.control_period
     stiffest = max((one.stiffness or 0.0 for one in run.job.surface), default=0.0)
     shifts = [k for k, row in enumerate(law.coordinates.rows) if row >= 3]
     radii = [
-        admittance_radius(own.inertia[k, k], own.damping[k, k], own.stiffness[k, k] + stiffest, period) for k in shifts
+        admittance_radius(own.inertia[k, k], own.damping[k, k], stiffness, period)
+        if (stiffness := float(own.stiffness[k, k]) + stiffest) > 0.0
+        else abs(1.0 - float(own.damping[k, k] / own.inertia[k, k]) * period)
+        for k in shifts
     ]
     if radii:
         yield Condition("virtual_step", max(radii), 1.0)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from mafsil.job.tolerance import tolerances
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
+from mafsil.simulation.joint_states import JointStates, joint_states
 
 FACTORS = {1.0: "", 180.0 / np.pi: "degrees", 1000.0: "millimetres"}
 """Units of coordinates in logs, over ours."""
@@ -84,18 +86,15 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
 
     Args:
         job, robot, plan: of an arm without loops, as `prepare` gives them.
-        path: CSV file with times `t`, `time` or `timestamp`, and per joint `q[NAME]`, `q1` or `actual_q_0`; if recorded
-            efforts `tau[NAME]`, `tau1` or `actual_torque_0`.
+        path: ROS 2 bag in MCAP (`.mcap`) with `sensor_msgs/msg/JointState`, or CSV file with times `t`, `time` or
+            `timestamp`, and per joint `q[NAME]`, `q1` or `actual_q_0`; if recorded efforts `tau[NAME]`, `tau1` or
+            `actual_torque_0`.
 
     Raises:
         FileError: no such file, missing columns, times that do not increase.
         InputError: the log is shorter than half of the plan, or the plan stands still.
     """
-    table = read_csv_table(path)
-    t = table.numbers([_column(table, "t", "time", "timestamp")])[:, 0]
-    table.require_increasing(t)
-    q = table.numbers(_columns(table, robot, "q", "actual_q") or [])
-    efforts = _columns(table, robot, "tau", "actual_torque")
+    t, q, efforts = _logged(Path(path), robot)
     # 1
     planned = np.linspace(0.0, plan.duration, GRID)
     u = positions(plan, planned)
@@ -112,9 +111,21 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
     missed = list(_missed(job, plan, t - offset, q))
     # 4
     if efforts is not None and not plan.kinematic and not robot.mechanism.loops:
-        remarks += _causes(plan, t - offset, table.numbers(efforts))
+        remarks += _causes(plan, t - offset, efforts)
     status = LogStatus.DIFFERS if missed else LogStatus.AS_PLANNED
     return LogComparison(status, offset, frozen(factors), frozen(errors), (*missed, *remarks))
+
+
+def _logged(path: Path, robot: Robot) -> JointStates:
+    """Times, positions and efforts of a log."""
+    if path.suffix.lower() == ".mcap":
+        return joint_states(path, robot.joint_names)
+    table = read_csv_table(path)
+    t = table.numbers([_column(table, "t", "time", "timestamp")])[:, 0]
+    table.require_increasing(t)
+    q = table.numbers(_columns(table, robot, "q", "actual_q") or [])
+    efforts = _columns(table, robot, "tau", "actual_torque")
+    return JointStates(t, q, None if efforts is None else table.numbers(efforts))
 
 
 def positions(plan: Plan, t: Floats) -> Floats:

@@ -5,27 +5,30 @@ Moves of a job by which arm and cell talk: outputs, waits, and choices by what s
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
-from mafsil.arrays import PoseMatrix
+from mafsil.arrays import Floats, PoseMatrix
 from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.closed_steps import ClosedSteps
 from mafsil.job.configurations import Configurations
-from mafsil.job.decision import decided
+from mafsil.job.decision import Decision, decided
 from mafsil.job.description import TIP_PATHS, Goal, Grasp, Job, Move
 from mafsil.job.equipment import Equipment, Load
 from mafsil.job.fitting import coordinates, hand_fault
 from mafsil.job.joint_moves import JointMoves
 from mafsil.job.lines import Places
+from mafsil.job.moving_frames import FrameMoves
 from mafsil.job.neighbours import Neighbour
 from mafsil.job.plan import Plan
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Refusal, Refused, Remark, said_of
 from mafsil.job.resting import starting_place
-from mafsil.job.signals import Fork
+from mafsil.job.searching import search_remarks, stop_by_force, stop_by_signal
+from mafsil.job.signals import Fork, PathOutput, SignalValue
 from mafsil.job.standstill import Standstill
 from mafsil.job.tip_moves import TipMoves
 from mafsil.job.tolerance import tolerances
@@ -34,10 +37,15 @@ from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.trajectory.profiles import rest
 
+PATH_SAMPLES = 2_001
+"""Moments of a move at which its tip is looked at, to place outputs on its path."""
+STILL = 1e-6
+"""Length of a tip's path that counts as none; lengths beyond its ends by less count as the ends [m]."""
+
 
 def plan(
     job: Job, tools: tuple[Equipment, ...], progress: Callable[[float], None] = lambda share: None, text: str = "",
-    neighbours: tuple[Neighbour, ...] = (),
+    neighbours: tuple[Neighbour, ...] = (), stops: tuple[float, ...] = (),
 ) -> Plan | Refusal:  # fmt: skip
     """The motion that a job asks for, or why there is none.
 
@@ -47,13 +55,16 @@ def plan(
         progress: called with the share of moves done.
         text: of the job file, for the lines of its moves.
         neighbours: other robots around.
+        stops: when contact ends the first searches, after each of them begins [s].
     """
     walk = Walk(job, tools, Places(text).of(job), neighbours)
+    walk.stops = stops
     try:
         _Planner(walk).go(progress)
     except Refused as no:
         return no.refusal
-    return walk.plan()
+    found = walk.plan()
+    return replace(found, remarks=(*found.remarks, *search_remarks(job, found)))
 
 
 class _Planner:
@@ -69,6 +80,7 @@ class _Planner:
         self.closed = ClosedSteps(walk, self.joint_moves) if walk.robot.mechanism.loops else None
         self.tip_moves = TipMoves(walk, None if self.closed is None else self.closed.loops)
         self.configurations = Configurations(walk, self.tip_moves)
+        self.on_frames = self.signals.on_frames
 
     def go(self, progress: Callable[[float], None]) -> None:
         """The start, all moves that the signals let it make, the rest at the end."""
@@ -78,6 +90,8 @@ class _Planner:
         while k < len(moves):
             progress(k / len(moves))
             k = self.add(k, moves[k])
+        if self.on_frames.frame is not None:
+            raise Refused("job.frame_end", move=walk.where(len(moves) - 1), frame=visible(self.on_frames.name))
         self.past_neighbours()
         walk.remarks += self.signals.remarks()
         walk.remarks += [
@@ -130,13 +144,17 @@ class _Planner:
             return self.signals.decide(index, name, move.fork)
         last = index
         if move.pause is not None:
-            walk.append(index, name, "pause", rest(walk.q, move.pause))
+            self.signals.rest(index, name, "pause", move.pause)
         elif move.pick is not None or move.place or move.tool is not None:
             self.handle(index, name, move)
         elif move.set:
             self.signals.put(index, name, move)
         elif move.wait:
             self.signals.wait(index, name, move)
+        elif self.on_frames.concerns(move):
+            if self.closed is not None:
+                raise Refused("job.frame_loops", move=walk.where(index))
+            self.on_frames.go(index, name, move)
         elif move.path in TIP_PATHS:
             last = self.tip_moves.along(index)
         elif self.closed is not None:
@@ -148,6 +166,15 @@ class _Planner:
             goal = coordinates(self.job, walk.robot, move.joints or ())
             trajectory, timing, way = self.joint_moves.joint_motion(index, goal)
             walk.append(index, name, "joint", trajectory, timing, way=way)
+        searches = [one for one in self.job.move[index : last + 1] if one.until or one.until_force]
+        if searches and (last > index or walk.legs[-1].frame):
+            raise Refused("job.search_where", move=walk.where(index))
+        if move.until:
+            stop_by_signal(walk, index, move)
+        elif move.until_force is not None:
+            stop_by_force(walk, index)
+        if any(one.outputs or one.process_wrench for one in self.job.move[index : last + 1]):
+            self.signals.put_on_path(index, last)
         walk.made += last + 1 - index
         return last + 1 + self.job.move[last].skip
 
@@ -161,9 +188,10 @@ class _Planner:
         begun, hold = walk.past, walk.on_tick(move.hold)
         if move.pick is not None:
             self.require_part(index, move.pick, tip)
+            self.on_frames.take(move.pick, tip)
         thing = -1 if move.pick is None else walk.parts.take(move.pick, tip, len(walk.legs), begun + hold)
-        walk.append(index, name, kind, rest(walk.q, hold), thing=thing)
-        if move.place and carried is not None:
+        self.signals.rest(index, name, kind, hold, thing=thing)
+        if move.place and carried is not None and self.on_frames.frame is None:
             walk.parts.put(carried, tip, begun)
         if move.tool is None:
             walk.load = replace(walk.load, carried=move.pick)
@@ -174,7 +202,8 @@ class _Planner:
     def require_part(self, index: int, part: Grasp, tip: PoseMatrix) -> None:
         """A pick at a place where no such part lies is refused, as far as the job says where its parts lie."""
         walk = self.walk
-        miss, allowed = walk.parts.miss(part, tip), tolerances(self.job, walk.robot, index).position
+        riding, allowed = self.on_frames.miss(part, tip), tolerances(self.job, walk.robot, index).position
+        miss = walk.parts.miss(part, tip) if riding is None else riding
         if miss is None or miss <= allowed:
             return
         key, far = ("job.none_left", {}) if np.isinf(miss) else ("job.none_here", {"distance": quantity(miss, "m")})
@@ -197,8 +226,9 @@ class _Planner:
         walk = self.walk
         target = walk.target(goal, walk.q)
         configuration = self.configurations.configuration(index, goal, target)
-        others = self.configurations.others(index, goal, target)
-        trajectory, timing, way = self.joint_moves.joint_motion(index, configuration, others)
+        trajectory, timing, way = self.joint_moves.joint_motion(
+            index, configuration, lambda: self.configurations.others(index, goal, target)
+        )
         configuration = configuration if way is None else way.plan.path[-1]
         walk.append(index, name, "joint", trajectory, timing, target, goal.task, way=way)
         walk.q = configuration
@@ -213,25 +243,56 @@ class SignalMoves:
     """
 
     def __init__(self, walk: Walk) -> None:
-        self.walk = walk
+        self.walk, self.on_frames = walk, FrameMoves(walk)
+
+    def rest(
+        self, index: int, name: str, kind: str, duration: float, *, decision: Decision | None = None, thing: int = -1
+    ) -> None:
+        """The arm stands still, or stays on the frame that carries it [s]."""
+        carried = self.on_frames.name if self.on_frames.frame else ""
+        still = self.on_frames.stay(index, duration)
+        self.walk.append(index, name, kind, still, decision=decision, thing=thing, frame=carried)
 
     def put(self, index: int, name: str, move: Move) -> None:
         """Outputs take values at the next tick."""
         walk = self.walk
-        walk.append(index, name or assignments(move.set), "set", rest(walk.q, walk.on_tick(0.0)))
+        self.rest(index, name or assignments(move.set), "set", walk.on_tick(0.0))
         walk.signals.put(walk.past, move.set)
+
+    def put_on_path(self, first: int, last: int) -> None:
+        """Outputs take values at ticks while moves first .. last, made without a stop between, are under way."""
+        walk, leg = self.walk, self.walk.legs[-1]
+        start, t = walk.past - leg.trajectory.duration, np.linspace(0.0, leg.trajectory.duration, PATH_SAMPLES)
+        tips = np.asarray(walk.robot.forward_kinematics(leg.trajectory.at(t).u))
+        corners = [0, *_corners(tips, walk.targets(first, last, leg.trajectory.at(0.0).u)[:-1] if first < last else [])]
+        corners.append(len(t) - 1)
+        found: list[tuple[float, dict[str, SignalValue]]] = []
+        for index, (low, high) in zip(range(first, last + 1), pairwise(corners), strict=True):
+            way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(tips[low : high + 1, :3, 3], axis=0), axis=1)))
+            for output in walk.job.move[index].outputs:
+                after = _moment(output, t[low : high + 1], way)
+                if after is None:
+                    details = {"length": quantity(float(way[-1]), "m"), "duration": quantity(t[high] - t[low], "s")}
+                    raise Refused("job.output_beyond", move=walk.where(index), **details)
+                found.append((walk.signals.tick_at(start + after) - start, output.set))
+        found.sort(key=lambda one: one[0])
+        for after, values in found:
+            walk.signals.put(start + after, values)
+        walk.legs[-1] = replace(leg, ends=tuple(t[corners[1:]].tolist()), outputs=tuple(found))
 
     def wait(self, index: int, name: str, move: Move) -> None:
         """A rest until all conditions hold; one that never ends, or too late, is refused."""
         walk = self.walk
         past, wanted = walk.past, conditions(move.wait)
         others = walk.others_that_set(move.wait)
+        if others is not None and self.on_frames.frame is not None:
+            raise Refused("job.frame_waits", move=walk.where(index), frame=visible(self.on_frames.name))
         if others is None:
             end = walk.signals.end_of_wait(past, move.wait, move.timeout)
         else:
             end = others.end_of_wait(walk.motion(), past, move.wait, move.timeout)
         if end is not None:
-            walk.append(index, name or wanted, "wait", rest(walk.q, end - past))
+            self.rest(index, name or wanted, "wait", end - past)
             return
         details = {"move": walk.where(index), "time": quantity(past, "s"), "wanted": wanted}
         if others is not None and (standing := others.waiting(others.owners(move.wait))):
@@ -247,10 +308,12 @@ class SignalMoves:
         walk = self.walk
         pause = walk.on_tick(0.0)
         others = walk.others_that_set(fork.tests)
+        if others is not None and self.on_frames.frame is not None:
+            raise Refused("job.frame_waits", move=walk.where(index), frame=visible(self.on_frames.name))
         if others is not None:
             others.settle(walk.motion(), fork.tests, walk.past + pause)
         decision = decided(walk.job, fork, walk.signals, walk.past + pause)
-        walk.append(index, name or conditions(fork.tests), "if", rest(walk.q, pause), decision=decision)
+        self.rest(index, name or conditions(fork.tests), "if", pause, decision=decision)
         return index + 1 + (0 if decision.holds else fork.skip)
 
     def remarks(self) -> list[Remark]:
@@ -290,3 +353,25 @@ class SignalMoves:
             elif ways == {True} and fork.other:
                 found.append(Remark("good", "job.else_never", details))
         return found
+
+
+def _corners(tips: PoseMatrix, targets: Sequence[PoseMatrix]) -> list[int]:
+    """Rows of a tip's path that pass rounded corners, one after the other."""
+    found = [0]
+    for target in targets:
+        away = np.linalg.norm(tips[found[-1] :, :3, 3] - target[:3, 3], axis=1)
+        found.append(found[-1] + int(away.argmin()))
+    return found[1:]
+
+
+def _moment(output: PathOutput, t: Floats, way: Floats) -> float | None:
+    """When an output on the way takes its value, the tip at times (k,) at lengths (k,) of its path; None if never."""
+    if output.after is not None:
+        return float(t[0]) + output.after if output.after <= t[-1] - t[0] else None
+    if output.share is not None and way[-1] <= STILL:
+        return float(t[0] + output.share * (t[-1] - t[0]))
+    place = way[-1] * output.share if output.share is not None else output.distance or 0.0
+    place += way[-1] if place < 0.0 else 0.0
+    if not -STILL <= place <= way[-1] + STILL:
+        return None
+    return float(np.interp(place, way, t))

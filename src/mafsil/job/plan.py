@@ -15,6 +15,7 @@ from mafsil.job.equipment import Load
 from mafsil.job.neighbours import NeighbourMotion
 from mafsil.job.placed_parts import PlacedPart
 from mafsil.job.remark import Remark
+from mafsil.job.signals import SignalValue
 from mafsil.job.surroundings import Surroundings, WayRound
 from mafsil.job.timing import Timing
 from mafsil.trajectory import Trajectory
@@ -38,6 +39,11 @@ class Leg:
         thing: of a pick: the leg at which its part was taken first; -1 of what is no pick.
         way: how it goes round what stands in its way, if it does.
         decision: which way the job goes from here, and why; None of what is no choice.
+        ends: of each move in it, the last one is `index`; times from its beginning [s].
+        outputs: times from its beginning at which outputs take values while it is under way, and the values.
+        targets: (4, 4) poses at which its moves along paths of the tip end, one after the other.
+        stopped: when contact ended it early; None of what is no search, or found nothing yet [s].
+        frame: name of the moving frame on which the arm is at its end.
     """
 
     index: int
@@ -53,6 +59,11 @@ class Leg:
     decision: Decision | None = None
     parts: tuple[PlacedPart, ...] = ()
     thing: int = -1
+    ends: tuple[float, ...] = ()
+    outputs: tuple[tuple[float, dict[str, SignalValue]], ...] = ()
+    targets: tuple[PoseMatrix, ...] = ()
+    stopped: float | None = None
+    frame: str = ""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,6 +109,8 @@ class Plan:
         Args:
             durations: (legs,) of its legs, those of waits aside [s].
         """
+        if any(leg.frame for leg in self.legs):
+            return float("nan")
         if not any(leg.kind in ("wait", "if") for leg in self.legs) or self.signals is None:
             return float(durations.sum())
         if any(step.kind == "set" for each in self.neighbours for step in each.steps):
@@ -111,6 +124,8 @@ class Plan:
                     return float("nan")
                 time = end
                 continue
+            for after, values in leg.outputs:
+                signals.put(time + after * float(duration) / leg.trajectory.duration, values)
             time += float(duration)
             if leg.decision is not None:
                 again = decided(signals.job, leg.decision.fork, signals, time)

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from warnings import catch_warnings
 
 import numpy as np
 
-from mafsil.control.laws import LawMemory
+from mafsil.arrays import JointVector
+from mafsil.control import combined
+from mafsil.control.laws import LawFunction, LawMemory
 from mafsil.errors import InputWarning, JobError
 from mafsil.job.arrival import arrival
 from mafsil.job.contacts import environment_of, rigid_surfaces_of
-from mafsil.job.description import Job
+from mafsil.job.description import TIP_LAWS, Disturbance, Job
 from mafsil.job.door_grips import grips
 from mafsil.job.equipment import Load
 from mafsil.job.laws import PLACES, control_period, law_of
@@ -42,11 +45,13 @@ from mafsil.simulation import (
     simulate,
 )
 from mafsil.simulation.closed_plant import plant_of
+from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.fused import WORTH, can_fuse
 from mafsil.simulation.kinematic_run import as_planned
 from mafsil.simulation.recording import joined
 from mafsil.simulation.scaled_gains import scaled
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
+from mafsil.trajectory import Motion
 
 EXPLICIT = "rk4"
 """The integrator where no friction is too stiff for it."""
@@ -169,7 +174,7 @@ def _record(
         known = plant.robot if difference.knows_arm else model
         # Where one stretch ends and the next begins is no start that somebody gave: the findings judge it.
         with catch_warnings(action="ignore", category=InputWarning) if recordings else nullcontext():
-            scenario = _scenario(job, known, stretch, plant, recordings, method, difference)
+            scenario = _scenario(job, plan, known, stretch, plant, recordings, method, difference)
         driven.append(Driven(stretch, gripped, scenario))
 
         def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
@@ -242,11 +247,21 @@ def _method(job: Job, planned: tuple[Stretch, ...], plants: list[Plant]) -> tupl
 
 
 def _scenario(
-    job: Job, model: Robot, stretch: Stretch, plant: Plant, past: list[Recording], method: str, difference: Difference
+    job: Job,
+    plan: Plan,
+    model: Robot,
+    stretch: Stretch,
+    plant: Plant,
+    past: list[Recording],
+    method: str,
+    difference: Difference,
 ) -> Scenario:
     settings, noise = job.simulation, job.simulation.noise
     model = _without_effort_limits(model) if difference.unlimited else model
     law = law_of(job, model, stretch.trajectory, plant)
+    known = _acting(_processes(job, plan, known=True), stretch)
+    if known and job.controller.kind not in TIP_LAWS:
+        law = combined(law, _compensation(model, known))
     noisy = noise.position > 0.0 or noise.velocity > 0.0
     return Scenario(
         robot=model,
@@ -255,7 +270,7 @@ def _scenario(
         plant=plant,
         q=past[-1].q[-1] if past else None,
         qd=past[-1].qd[-1] if past else None,
-        disturbances=tuple(_pushes(job, stretch)),
+        disturbances=_acting((*job.disturbance, *_processes(job, plan)), stretch),
         noise=SensorNoise(noise.position, noise.velocity, noise.seed + len(past)) if noisy else None,
         step=settings.step,
         period=control_period(job),
@@ -268,9 +283,31 @@ def _without_effort_limits(robot: Robot) -> Robot:
     return as_open_tree(replace(robot.mechanism, joints=tuple(joints)))
 
 
-def _pushes(job: Job, stretch: Stretch) -> Iterator[WrenchPulse]:
-    """The disturbances that act during a stretch, in its own time."""
-    for push in job.disturbance:
+def _acting(pushes: Iterable[Disturbance], stretch: Stretch) -> tuple[WrenchPulse, ...]:
+    """Those pushes that act during a stretch, in its own time."""
+    found: list[WrenchPulse] = []
+    for push in pushes:
         begin, end = push.start - stretch.start, push.start + push.duration - stretch.start
         if end > 0.0 and begin < stretch.trajectory.duration:
-            yield WrenchPulse(max(begin, 0.0), end - max(begin, 0.0), np.array(push.wrench))
+            found.append(WrenchPulse(max(begin, 0.0), end - max(begin, 0.0), np.array(push.wrench)))
+    return tuple(found)
+
+
+def _processes(job: Job, plan: Plan, *, known: bool = False) -> Iterator[Disturbance]:
+    """The forces of processes of moves, all or those that the controller knows, in the time of the plan."""
+    for leg, start in zip(plan.legs, plan.starts.tolist(), strict=False):
+        ends = leg.ends or (leg.trajectory.duration,)
+        for index, (begin, end) in enumerate(pairwise((0.0, *ends)), start=leg.index + 1 - len(ends)):
+            move = job.move[index]
+            if index >= 0 and move.process_wrench is not None and (move.process_known or not known):
+                yield Disturbance(start=start + begin, duration=end - begin, wrench=move.process_wrench)
+
+
+def _compensation(model: Robot, pulses: tuple[WrenchPulse, ...]) -> LawFunction:
+    """tau = -J_b' F along the planned motion: what holds against forces that the controller knows."""
+
+    def law(t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        push = push_at(pulses, np.array([t]))[0]
+        return np.zeros(model.n) if push is None else -(model.jacobian_body(reference.u).swapaxes(-1, -2) @ push)
+
+    return law

@@ -36,6 +36,8 @@ few tenths of a per cent of its speed: by the steps of the law, and by errors th
 """
 TIGHT = 0.02
 """Distance to a position limit, as share of the range, below which a remark is made."""
+LONG, SHORT_WAY, WAY_SAMPLES = 2.0, 0.05, 200
+"""Factor of the straight way beyond which a tip's way is long, if it is so much longer [m]; moments looked at."""
 SLOW = 2.0
 """How many times as long as the tip's bounds ask for a line may take before others are tried, or a warning."""
 NOTABLE = 1.5
@@ -111,6 +113,29 @@ def slowed(robot: Robot, line: TipMotion, where: Where) -> list[Remark]:
     }
     level: Level = "warning" if line.factor > SLOW else "good"
     return [Remark(level, f"job.slow_line_{slow.quantity}", details)]
+
+
+def long_way(robot: Robot, motion: Trajectory, planned: bool, where: Where) -> list[Remark]:
+    """A move of the joints whose tip goes more than twice as far as straight to its goal: how far, and why.
+
+    Args:
+        robot: with its tool.
+        motion: of the move.
+        planned: whether the move goes round something, or keeps path constraints.
+        where: how the move is called.
+    """
+    q = motion.at(np.linspace(0.0, motion.duration, WAY_SAMPLES)).u
+    p = np.asarray(robot.forward_kinematics(q))[:, :3, 3]
+    length, straight = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum()), float(np.linalg.norm(p[-1] - p[0]))
+    if length <= LONG * straight + SHORT_WAY:
+        return []
+    swing = np.where(robot.mechanism.angular, np.abs(q[-1] - q[0]), 0.0)
+    joint = int(swing.argmax())
+    details = {
+        "move": where, "length": quantity(length, "m"), "straight": quantity(straight, "m"),
+        "joint": visible(robot.joint_names[joint]), "angle": quantity(float(swing[joint]), "rad"),
+    }  # fmt: skip
+    return [Remark("good", "job.long_way_planned" if planned else "job.long_way_joints", details)]
 
 
 def decided_by(robot: Robot, binding: Deciding, where: Where) -> list[Remark]:

@@ -139,8 +139,12 @@ def _friction(run: Run) -> Removal | None:
 
 
 def _push(run: Run) -> Removal | None:
-    begun = any(one.start < run.recording.duration for one in run.job.disturbance)
-    return Removal("push", structs.replace(run.job, disturbance=())) if begun else None
+    job = run.job
+    begun = any(one.start < run.recording.duration for one in job.disturbance)
+    if not begun and not any(move.process_wrench for move in job.move):
+        return None
+    moves = tuple(structs.replace(move, process_wrench=None) for move in job.move)
+    return Removal("push", structs.replace(job, disturbance=(), move=moves))
 
 
 def _model(run: Run) -> Removal | None:

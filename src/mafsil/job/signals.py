@@ -69,3 +69,19 @@ class Input(Part, frozen=True, kw_only=True):
     every: Annotated[float, msgspec.Meta(ge=SHORTEST_EVERY)] | None = None
     follows: str | None = None
     after: NotNegative = 0.0
+
+
+class PathOutput(Part, frozen=True, kw_only=True):
+    """Outputs that take values while a move is under way: at exactly one of share, distance and after.
+
+    Attributes:
+        share: of the length of the tip's path.
+        distance: along that path from its start; from its end if negative [m].
+        after: the start of the move [s].
+        set: values that outputs take.
+    """
+
+    share: Annotated[float, msgspec.Meta(ge=0, le=1)] | None = None
+    distance: float | None = None
+    after: NotNegative | None = None
+    set: dict[str, SignalValue]

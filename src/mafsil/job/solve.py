@@ -29,6 +29,7 @@ from mafsil.job.plan import Plan
 from mafsil.job.reading import parse
 from mafsil.job.remark import Refusal, Remark
 from mafsil.job.run import Run
+from mafsil.job.searching import known_stops
 from mafsil.job.text import text_of
 from mafsil.job.tolerance import tolerances
 from mafsil.job.variation import JobVariation
@@ -107,8 +108,27 @@ def solve(
         return planned
     robot, motion = planned
     eye.enter("stage_simulating")
+    found = plan_searches(job, text, folder, source, robot, motion)
+    if isinstance(found, Refusal):
+        return found
+    motion = found
     run = drive(job, text, robot, motion, eye.update, again=_Again(eye).update, log=log)
     return run if job.variation is None else _vary(run, eye, cluster)
+
+
+def plan_searches(job: Job, text: str, folder: Path, source: str, robot: Robot, motion: Plan) -> Plan | Refusal:
+    """The motion of a job whose searches end where the simulated force of contact comes.
+
+    Args:
+        job, text, folder, source: as for `solve`.
+        robot, motion: as `prepare` gives them.
+    """
+
+    def again(stops: tuple[float, ...]) -> Plan | Refusal:
+        found = prepare(job, text, folder, None, source, stops=stops)
+        return found if isinstance(found, Refusal) else found[1]
+
+    return known_stops(job, text, robot, motion, again)
 
 
 def _vary(run: Run, eye: Watcher, cluster: str | None) -> Run:
@@ -183,9 +203,12 @@ def with_runs(job: Job, runs: int) -> Job:
 
 
 def prepare(
-    job: Job, text: str, folder: str | os.PathLike[str], watcher: Watcher | None = None, source: str = "<text>"
-) -> tuple[Robot, Plan] | Refusal:
+    job: Job, text: str, folder: str | os.PathLike[str], watcher: Watcher | None = None, source: str = "<text>", *,
+    stops: tuple[float, ...] = (),
+) -> tuple[Robot, Plan] | Refusal:  # fmt: skip
     """The robot of a job and the motion that the job asks for; nothing is simulated. Arguments as for `solve`.
+
+    With `stops` searches by force end at these times after their beginnings [s].
 
     Raises:
         MafsilError: the robot cannot be read, or numbers of the job do not fit it.
@@ -201,7 +224,7 @@ def prepare(
     neighbours = neighbours_of(job, home, places)
     eye.enter("stage_planning")
     without_forces = kinematic(job, tools[0], places)
-    motion = plan(job, tools, eye.update, text, neighbours)
+    motion = plan(job, tools, eye.update, text, neighbours, stops)
     if isinstance(motion, Refusal):
         return motion
     if without_forces is not None:

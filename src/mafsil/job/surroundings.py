@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -62,6 +63,10 @@ CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """(8, 3) of a box with edges of length 2."""
 NEARER = 1.0 - 1e-9
 """Share of the clearance by which a carried part may come nearer: one that touches is not free, whatever is rounded."""
+SEARCHES, MORE_NODES, FEWEST_NODES = 4, 2, 500
+"""Searches with seeds of their own of which the shortest way is taken; nodes of the later ones over the first one's."""
+MOST_NODES = 200_000
+"""Of a search for a way."""
 RESTING = 1e-4
 """How much smaller than itself a carried part counts: it may stand on something [m]."""
 
@@ -100,13 +105,17 @@ class WayRound:
         worst = found.kept.along(found.checker, found.path[:-1], found.path[1:])
         return None if worst is None else Measured(found.kept, worst)
 
+    def bodies(self) -> dict[str, object]:
+        """The two that meet on the straight way, for sentences."""
+        first, second = ("?", "?") if self.contact is None else (self.contact.first, self.contact.second)
+        return {"first": visible(first), "second": visible(second)}
+
     def details(self) -> dict[str, object]:
         """For the sentence about it."""
         found = self.plan
-        first, second = ("?", "?") if self.contact is None else (self.contact.first, self.contact.second)
-        return {
+        return self.bodies() | {
             "planner": found.planner, "count": len(found.path) - 2, "states": found.configurations,
-            "proofs": found.proofs, "length": f"{found.length:.3g}", "first": visible(first), "second": visible(second),
+            "proofs": found.proofs, "length": f"{found.length:.3g}",
         }  # fmt: skip
 
     def to_dict(self) -> dict[str, object]:
@@ -209,6 +218,7 @@ class Surroundings:
     def way_round(
         self, q: JointVector, goal: JointVector, load: Load, clearance: float, planner: str | None = None,
         met: ContactPair | None = None, parts: tuple[PlacedPart, ...] = (), constraints: tuple[Constraint, ...] = (),
+        *, nodes: int | None = None,
     ) -> WayRound | None:  # fmt: skip
         """A way between two configurations, or why there is none; None where the straight one is free.
 
@@ -221,9 +231,10 @@ class Surroundings:
             met: what stands in the way, if that is known; the straight way is not asked then.
             parts: that stand in the scene.
             constraints: what is kept all the way; the straight way is not asked then.
+            nodes: most that RRT-Connect may make; its own most if None.
         """
         checker = self.checker(load, clearance, parts)
-        if met is None and not constraints:
+        if met is None and not constraints and goal.ndim == 1:
             straight = checker.check_path(q, goal)
             if straight:
                 return None
@@ -232,9 +243,13 @@ class Surroundings:
         if roomy.free(np.concatenate([q[None], np.atleast_2d(goal)])).all():
             checker = roomy
         search = CONSTRAINED_PLANNER if constraints else planner or rule.planner
-        found = plan(
-            checker, None, q, goal, planner=search, seed=rule.seed, seconds=rule.seconds, constraints=constraints
-        )
+        most = nodes if nodes is not None and search == "rrt_connect" else MOST_NODES
+        asked = partial(plan, checker, None, q, goal, planner=search, constraints=constraints)
+        found = asked(seed=rule.seed, seconds=rule.seconds, max_nodes=most)
+        if found and search in ("rrt_connect", CONSTRAINED_PLANNER):
+            nodes = max(MORE_NODES * found.nodes, FEWEST_NODES)
+            more = (asked(seed=rule.seed + k, seconds=rule.seconds, max_nodes=nodes) for k in range(1, SEARCHES))
+            found = min([found, *(one for one in more if one)], key=lambda one: one.length)
         if found.interrupted:
             # Who stops a job wants no more of it than of its planner.
             raise KeyboardInterrupt

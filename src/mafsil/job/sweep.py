@@ -17,7 +17,7 @@ from mafsil.job.judgement import summary
 from mafsil.job.reading import parse
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
-from mafsil.job.solve import prepare
+from mafsil.job.solve import plan_searches, prepare
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 
@@ -147,13 +147,14 @@ def sweep(
         named = dict(zip(grid, values, strict=True))
         job = parse(text, source, named, folder=folder)
         planned = prepare(job, text, folder, None, source)
-        if isinstance(planned, Refusal):
-            cases.append(Case(named, np.nan, planned, None))
+        plan = planned if isinstance(planned, Refusal) else planned[1]
+        if simulate and not isinstance(planned, Refusal):
+            plan = plan_searches(job, text, folder, source, *planned)
+        if isinstance(planned, Refusal) or isinstance(plan, Refusal):
+            cases.append(Case(named, np.nan, plan if isinstance(plan, Refusal) else None, None))
         else:
-            robot, plan = planned
-            cases.append(
-                Case(named, plan.cycle, None, drive(job, text, robot, plan, explained=False) if simulate else None)
-            )
+            run = drive(job, text, planned[0], plan, explained=False) if simulate else None
+            cases.append(Case(named, plan.cycle, None, run))
         progress(len(cases) / count)
     return Sweep(tuple(cases))
 

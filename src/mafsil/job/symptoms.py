@@ -167,8 +167,13 @@ def beyond_plan(run: Run) -> Floats:
 
 
 def gave_way(run: Run) -> tuple[int, float] | None:
-    """The joint that is farthest beyond everything planned, and since when [s], if the arm has given way."""
+    """The joint that is farthest beyond everything planned, and since when [s], if the arm has given way.
+
+    An arm that is led by hand where nothing pulls it back has not.
+    """
     tape = run.recording
+    if run.job.controller.guides:
+        return None
     beyond = np.maximum(tape.q_ref.min(axis=0) - tape.q, tape.q - tape.q_ref.max(axis=0))
     share = beyond / _way(run)
     if not share.max() > 1.0:

@@ -25,6 +25,7 @@ from mafsil.control.contact.environment import CombinedEnvironment
 from mafsil.control.laws import TipOfJoints
 from mafsil.job.contacts import Face, shape_of
 from mafsil.job.description import Job
+from mafsil.job.driving_tables import PerAxis
 from mafsil.robot import Robot
 from mafsil.simulation import Plant
 from mafsil.trajectory import Trajectory
@@ -189,16 +190,17 @@ def _inertia(model: Robot, trajectory: Trajectory, task: TaskCoordinates) -> Flo
     return task_dynamics(model, trajectory.at(0.0).u, coordinates=task).inertia
 
 
-def _chosen(task: TaskCoordinates, rotations: float | None, shifts: float | None, default: Floats) -> Floats:
+def _chosen(task: TaskCoordinates, rotations: PerAxis | None, shifts: PerAxis | None, default: Floats) -> Floats:
     """(m,) of rotations and shifts: what the job says, or the default."""
-    given = [rotations] * 3 + [shifts] * 3
-    return np.array([value if given[k] is None else given[k] for k, value in zip(task.rows, default, strict=True)])
+    given = [each for one in (rotations, shifts) for each in (one if isinstance(one, tuple) else (one,) * 3)]
+    pairs = ((given[k], value) for k, value in zip(task.rows, default.tolist(), strict=True))
+    return np.array([value if said is None else said for said, value in pairs])
 
 
 def _impedance_of(job: Job, task: TaskCoordinates, inertia: Floats) -> Impedance:
     own, ratio = job.controller, DAMPING if job.controller.damping is None else job.controller.damping
     stiffness = _chosen(task, own.rotational_stiffness, own.tip_stiffness, inertia * FREQUENCY**2)
-    damping = 2.0 * ratio * np.sqrt(stiffness * inertia)
+    damping = _chosen(task, own.rotational_damping, own.tip_damping, 2.0 * ratio * np.sqrt(stiffness * inertia))
     return Impedance.of(len(task.rows), inertia=inertia, damping=damping, stiffness=stiffness)
 
 

@@ -142,8 +142,8 @@ def _by_law(
     where: object,
 ) -> TipMotion:
     """The path by the time law of the move, a quintic if it names none, slower where joints need more time."""
-    rate, growth = _tip_bounds(path, bounds, move)
-    brisk = PathMotion(joints, _time_law(rate, growth, move))
+    rate, growth = tip_rates(path, bounds, move)
+    brisk = PathMotion(joints, time_law(rate, growth, move))
     uniform = brisk.stretched(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))
     if move.duration is not None and move.duration >= uniform.duration:
         return TipMotion(uniform.stretched(move.duration / uniform.duration), move.duration)
@@ -167,7 +167,7 @@ def _quickest(
     """The path in the shortest time that joints and tip allow."""
     if isinstance(path, CartesianPath) and path.interpolation == "straight":
         if move.profile is None and move.duration is None:
-            ruled_by_tip = line_at_tip_bounds(joints, *_tip_bounds(path, bounds, move), limits)
+            ruled_by_tip = line_at_tip_bounds(joints, *tip_rates(path, bounds, move), limits)
             if ruled_by_tip.stretch_needed(limits) <= 1.0:
                 return TipMotion(ruled_by_tip, ruled_by_tip.duration)
         found = along_line(joints, path, bounds, move, limits, where)
@@ -179,7 +179,7 @@ def _quickest(
             raise too_fast(where, motion.duration)
         return TipMotion(motion.stretched(move.duration / motion.duration), move.duration)
     law = rest_law("trapezoid")
-    rate, growth = _tip_bounds(path, bounds, move)
+    rate, growth = tip_rates(path, bounds, move)
     brisk = PathMotion(joints, law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth))
     return replace(_judge(robot, motion, brisk, limits), binding=found.binding)
 
@@ -199,7 +199,7 @@ def too_fast(where: object, shortest: float) -> Refused:
     return Refused("job.too_fast", move=where, shortest=f"{np.ceil(shortest * 1e3) / 1e3:.3f}")
 
 
-def _tip_bounds(path: TipPath, bounds: Bounds, move: Move) -> tuple[float, float]:
+def tip_rates(path: TipPath, bounds: Bounds, move: Move) -> tuple[float, float]:
     """Largest s' [1/s] and |s''| [1/s^2] that the tip's speed, turn rate and acceleration allow."""
     V, slope = path.twists(np.linspace(0.0, 1.0, LOOK))
     speed, rotation = (max(float(np.linalg.norm(part, axis=-1).max()), ROUNDING) for part in (V[:, 3:], V[:, :3]))
@@ -214,7 +214,7 @@ def _tip_bounds(path: TipPath, bounds: Bounds, move: Move) -> tuple[float, float
     return min(rate, float(across)), growth * np.sqrt(1.0 - ACROSS**2)
 
 
-def _time_law(rate: float, growth: float, move: Move) -> Stretchable:
+def time_law(rate: float, growth: float, move: Move) -> Stretchable:
     """s(t) from 0 to 1, as fast as the bounds of s' and s'' allow."""
     law = rest_law("quintic" if move.profile in (None, *QUICKEST) else move.profile)
     return law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth)

@@ -47,6 +47,8 @@ class TipMoves:
         """On a path of the tip, and on those after it as long as corners are rounded; the index of the last one."""
         moves = self.walk.job.move
         last = self.last(first)
+        if any(move.carried for move in moves[first : last + 1]):
+            raise Refused("job.frame_alone", move=self.walk.where(first), keys="blend")
         planned = self.line(first, last, self.walk.q)
         if isinstance(planned, Refused):
             raise planned
@@ -55,10 +57,11 @@ class TipMoves:
         self.walk.remarks += slowed(self.walk.robot, planned, where)
         if moves[last].profile is not None or moves[last].path == "spline" or first < last:
             self.walk.remarks += decided_by(self.walk.robot, planned.binding, where)
-        target = self.walk.targets(first, last, self.walk.q)[-1]
+        targets = self.walk.targets(first, last, self.walk.q)
+        target = targets[-1]
         kind = moves[last].path if first == last else "blended"
         name, timing = visible(moves[last].name), self.timing_on_path(first, last, planned)
-        self.walk.append(last, name, kind, planned.trajectory, timing, target, goal.task, first=first)
+        self.walk.append(last, name, kind, planned.trajectory, timing, target, goal.task, first=first, targets=targets)
         self.walk.arrived(last, goal, target)
         return last
 

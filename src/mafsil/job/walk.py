@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from mafsil.job.lines import Places
 from mafsil.job.neighbours import Neighbour, NeighbourMotion
 from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
-from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
+from mafsil.job.planned_remarks import Tight, driving_limits, long_way, near_limits, nearly_met, tight_limits
 from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.remark import Refused, Remark, said_of
 from mafsil.job.surroundings import RESTS, Surroundings, WayRound, why_not_itself
@@ -68,10 +68,16 @@ class Walk:
         self.beside: tuple[NeighbourMotion, ...] = ()
         self.signals = CellSignals(job, control_period(job))
         self.legs: list[Leg] = []
-        lying = ((part, pose_matrix(place, degrees=self.degrees)) for part, place in job.lying)
-        self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names, lying)
+        lies = [(part, pose_matrix(place, degrees=self.degrees), carrier) for part, place, carrier in job.lying]
+        names = () if self.surroundings is None else self.surroundings.scene.names
+        self.parts = PlacedParts(names, ((part, T) for part, T, carrier in lies if carrier is None))
+        self.riding = {
+            name: PlacedParts((), ((part, T) for part, T, carrier in lies if carrier == name)) for name in job.moving
+        }
         self.past = 0.0
         self.made = 0
+        self.stops: tuple[float, ...] = ()
+        self.searches = 0
         self.tight: list[Tight] = []
         self._others: Beside | None = None
         self.q: JointVector = np.zeros(robot.n)
@@ -112,7 +118,7 @@ class Walk:
 
     def motion(self) -> TimedArm:
         """What is planned so far, in time; the robot stands afterwards."""
-        rests = tuple(leg.kind in RESTS for leg in self.legs)
+        rests = tuple(leg.kind in RESTS and not leg.frame for leg in self.legs)
         starts = np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in self.legs])])
         if not self.legs:
             return standing(self.q, MotionLimits.of(self.robot.n, acceleration=self.limits.acceleration))
@@ -160,6 +166,14 @@ class Walk:
         """Whether a configuration keeps the clearance of a move."""
         around = self.surroundings
         return around is None or around.is_free(q, self.load, self.clearance(index, index), self.counted(index, q))
+
+    def is_blocked(self, index: int, q: JointVector) -> bool:
+        """Whether a move of all joints straight to q meets something that it is not to go round."""
+        around, move = self.surroundings, self.job.move[index]
+        if index < 0 or around is None or move.path != "joint" or move.via or move.constraints or self.avoids(index):
+            return False
+        checker = around.checker(self.load, self.clearance(index, index), self.counted(index, q))
+        return not checker.check_path(self.q, q)
 
     def counted(self, index: int, q: JointVector) -> tuple[PlacedPart, ...]:
         """The parts put down before that a motion of move `index` to q has to keep away from.
@@ -253,19 +267,26 @@ class Walk:
         way: WayRound | None = None,
         decision: Decision | None = None,
         thing: int = -1,
+        frame: str = "",
+        targets: Sequence[PoseMatrix] = (),
     ) -> None:
         """One more leg: it is free, or refused; the robot is at its end then, that of move `index`."""
-        moves, around = kind not in RESTS, self.surroundings
+        moves, around = kind not in RESTS or frame != "", self.surroundings
         past = self.legs[-1].clearance if self.legs else self.clearance(-1, -1)
         kept = self.clearance(index if first is None else first, index) if moves else past
         end = trajectory.at(trajectory.duration).u
         parts = self.counted(index, end) if moves else self.legs[-1].parts if self.legs else ()
         self.legs.append(
-            Leg(index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing)
-        )
+            Leg(
+                index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing,
+                targets=tuple(targets), frame=frame,
+            )
+        )  # fmt: skip
         self.past += trajectory.duration
         if moves:
             self.require_free(index, kind, trajectory, kept)
+            if kind == "joint" and not frame:
+                self.remarks += long_way(self.robot, trajectory, way is not None, self.where(index))
             self.tight += near_limits(self.robot, trajectory, self.where(index))
             left = self.parts.left
             if left is not None and (around is None or around.is_free(end, self.load, kept, (left,))):

@@ -85,7 +85,7 @@ def mechanism_from_screws(
     T_sp = np.eye(4)
     for i, S in enumerate(axes):
         kind, direction, pitch = kind_of_screw(S)
-        T_sj = _frame_on(S, kind, direction, pitch, T_sp[:3, 3])
+        T_sj = frame_on_screw(S, kind, direction, pitch, T_sp[:3, 3])
         frame = T_sj if inertial_frames is None else checked_pose("inertial_frames", inertial_frames[i])
         places.append(JointPlace(kind, inverse(T_sp) @ T_sj, inverse(T_sj) @ frame, pitch))
         T_sp = T_sj
@@ -129,8 +129,8 @@ def _unit_screw(S: Vector6, index: int, normalise: bool) -> Vector6:
     return np.concatenate([np.zeros(3) if prismatic else S[:3], S[3:]]) / length
 
 
-def _frame_on(S: Vector6, kind: JointKind, direction: Vector3, pitch: float, near: Vector3) -> PoseMatrix:
-    """(4, 4) frame with z along the axis, at the point of it nearest to `near`."""
+def frame_on_screw(S: Vector6, kind: JointKind, direction: Vector3, pitch: float, near: Vector3) -> PoseMatrix:
+    """(4, 4) frame with z along the axis of a screw, at the point of it nearest to `near`."""
     T = np.eye(4)
     T[:3, :3] = frame_along(direction)
     T[:3, 3] = near

@@ -7,8 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.arrays import positive
 from mafsil.errors import InputError
-from mafsil.model.joint import Joint
+from mafsil.model.joint import Joint, JointKind
+from mafsil.model.limits import Limits
+from mafsil.model.link import Link, fixed_array
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import checked_pose
@@ -29,6 +32,31 @@ def reframed(robot: RobotLike, *, base: ArrayLike | None = None, tool: ArrayLike
     P = np.eye(4) if base is None else checked_pose("base", base)
     Q = np.eye(4) if tool is None else checked_pose("tool", tool)
     return replace(mechanism, T_sb=P @ mechanism.T_sb, T_lt=mechanism.T_lt @ Q, gravity=P[:3, :3] @ mechanism.gravity)
+
+
+def on_track(robot: RobotLike, direction: ArrayLike, limits: Limits, name: str = "track") -> Mechanism:
+    """The arm on a linear axis, its first coordinate: the base moves along a direction, and stands as before at zero.
+
+    Args:
+        robot: the arm.
+        direction: (3,) of the axis in {s}.
+        limits: of its coordinate.
+        name: of its joint.
+
+    Raises:
+        InputError: a direction of no length.
+        ModelError: a joint or link has that name already.
+    """
+    mechanism = as_mechanism(robot, keeps_loops=True)
+    axis, rail = fixed_array("direction", direction, (3,)), Link(f"{name}_base")
+    length = positive("length of direction", float(np.linalg.norm(axis)))
+    axis = mechanism.T_sb[:3, :3].T @ axis / length
+    joint = Joint(name, JointKind.PRISMATIC, rail.name, mechanism.links[0].name, mechanism.T_sb, axis, limits=limits)
+    return Mechanism.assemble(
+        mechanism.name, (rail, *mechanism.links), (joint, *mechanism.joints), loops=mechanism.loops,
+        tip=mechanism.tip, T_lt=mechanism.T_lt, gravity=mechanism.gravity,
+        provenance=mechanism.provenance,
+    )  # fmt: skip
 
 
 def with_reversed_joint(robot: RobotLike, name: str) -> Mechanism:

@@ -29,6 +29,10 @@ from mafsil.messages.visible import visible
 from mafsil.model.diagnostics import shown
 from mafsil.report import contents, page
 
+RECORDED, TABLED = 0.5, 0.35
+"""Shares of the size of the results that the recording and its table may take; the rest is the report's."""
+NUMBER, TYPED_NUMBER = 8, 18
+"""Bytes of a number in the recording, and in its table."""
 FILES = ("report.html", "recording.npz", "recording.csv", "recording.json", "results.json", "job.toml")
 MOST_CHANGES = 20_000
 """Of signals, that are listed."""
@@ -120,7 +124,9 @@ def _write_all(run: Run, directory: Path) -> None:
     data = json.dumps(as_data(run, numbers), ensure_ascii=False, indent=2, allow_nan=False)
     write_file(directory / "results.json", data.encode())
     write_file(directory / "job.toml", run.text.encode())
-    run.recording.save(directory / "recording")
+    size = 1e6 * run.job.report.megabytes
+    tape = run.recording.thinned(int(RECORDED * size / NUMBER))
+    tape.save(directory / "recording", table_numbers=int(TABLED * size / TYPED_NUMBER))
 
 
 def _sync(directory: Path) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Integers
 from mafsil.errors import FileError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
@@ -211,14 +211,28 @@ class Recording(Answer):
         """Status, metadata and all arrays by name."""
         return {"status": self.status.name.lower(), "metadata": dict(self.metadata), **self.arrays()}
 
-    def save(self, path: str | os.PathLike[str]) -> tuple[Path, Path, Path]:
+    def thinned(self, numbers: int) -> Recording:
+        """Every m-th tick and the last, of as many numbers at most; m stands in the metadata as `every_tick`.
+
+        Args:
+            numbers: of all arrays together.
+        """
+        every = max(1, -(-sum(array.size for array in self.arrays().values()) // max(numbers, 1)))
+        if every == 1:
+            return self
+        rows = _rows(len(self.t), every)
+        arrays: dict[str, Any] = {name: array[rows] for name, array in self.arrays().items()}
+        return replace(self, **arrays, metadata={**self.metadata, "every_tick": every})
+
+    def save(self, path: str | os.PathLike[str], *, table_numbers: int | None = None) -> tuple[Path, Path, Path]:
         """Write `path`.npz (all of it, what `load` reads), .csv (every column) and .json (status and metadata).
 
-        A CSV file of more than a million numbers holds every m-th tick and the last; the JSON file says which m. Each
+        A CSV file of more than so many numbers holds every m-th tick and the last; the JSON file says which m. Each
         file is written beside its place and renamed: it is whole or not there.
 
         Args:
             path: without suffix, or with one of the three.
+            table_numbers: most in the CSV file; a million if None.
 
         Returns:
             The three paths.
@@ -228,8 +242,10 @@ class Recording(Answer):
         """
         stem = _stem(path)
         table = self.columns()
-        every = max(1, -(-len(self.t) * len(table) // TABLE_NUMBERS))
-        about = json.dumps({**self._about(), "csv_every_tick": every}, indent=2, ensure_ascii=False)
+        most = TABLE_NUMBERS if table_numbers is None else max(table_numbers, 1)
+        every = max(1, -(-len(self.t) * len(table) // most))
+        ticks = every * int(self.metadata.get("every_tick", 1))
+        about = json.dumps({**self._about(), "csv_every_tick": ticks}, indent=2, ensure_ascii=False)
         arrays: dict[str, Any] = {**self.arrays(), "about": np.array(about)}
         npz, csv, note = (stem.with_name(stem.name + suffix) for suffix in (".npz", ".csv", ".json"))
         write_whole(npz, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
@@ -305,9 +321,13 @@ def _stem(path: str | os.PathLike[str]) -> Path:
 
 def _every(table: dict[str, Floats], every: int) -> dict[str, Floats]:
     """Every so many rows, and the last."""
-    count = len(table["t"])
-    rows = np.unique(np.append(np.arange(0, count, every), count - 1)) if count else np.zeros(0, dtype=int)
+    rows = _rows(len(table["t"]), every)
     return {name: column[rows] for name, column in table.items()}
+
+
+def _rows(count: int, every: int) -> Integers:
+    """Every so many of some rows, and the last."""
+    return np.unique(np.append(np.arange(0, count, every), count - 1)) if count else np.zeros(0, dtype=np.int64)
 
 
 def _of_logged(run: LoggedRun, path: Path) -> Recording:

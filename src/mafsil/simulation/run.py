@@ -10,6 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector
 from mafsil.control import saturated
 from mafsil.control.contact import tip_wrench_of
+from mafsil.control.contact.tip_sensor import pushed_by
 from mafsil.control.laws import LawMemory
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
@@ -129,12 +130,15 @@ class Run:
         return self._end(last, SimulationStatus.COMPLETED)
 
     def _command(self, law: Law, k: int, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
-        """What the law asks for at tick k, from what the sensors say."""
+        """What the law asks for at tick k, from what the sensors say; those of force feel the pushes."""
         whole = self.scenario.law
         if self.noise is not None:
             q, qd = q + self.noise[0][k], qd + self.noise[1][k]
             require_measured(t, q, qd, self.scenario.robot.joint_names, whole)
-        return decided(law, t, q, qd, reference, whole)
+        if not self.pushed:
+            return decided(law, t, q, qd, reference, whole)
+        with pushed_by(lambda: self.pushes[k]):
+            return decided(law, t, q, qd, reference, whole)
 
     def _require_finite(self, t: float, command: JointVector) -> None:
         require_efforts(t, command, self.scenario.law)

@@ -28,6 +28,24 @@ _MEASURING: ContextVar[Callable[[], Vector6] | None] = ContextVar("measuring", d
 """What the run that goes on measures at its tip."""
 
 
+_PUSHED: ContextVar[Callable[[], Vector6 | None] | None] = ContextVar("pushed", default=None)
+"""How the run that goes on pushes its tip."""
+
+
+@contextmanager
+def pushed_by(read: Callable[[], Vector6 | None]) -> Generator[None, None, None]:
+    """Let sensors feel the pushes of a run beside what the tip touches.
+
+    Args:
+        read: the wrench (6,) of the pushes on the tip now, in the tip frame [N m, N]; None without any.
+    """
+    token = _PUSHED.set(read)
+    try:
+        yield
+    finally:
+        _PUSHED.reset(token)
+
+
 @contextmanager
 def measured_by(read: Callable[[], Vector6]) -> Generator[None, None, None]:
     """Let sensors without an environment read what a run measures.
@@ -47,7 +65,7 @@ class TipForceSensor:
 
     Several readings of one measured state are the same; noise is reproducible by the seed. The force of what gives way
     follows from the state. That of rigid surfaces follows from the efforts too: there a run measures it, at each tick
-    under the efforts that have acted until then; the first reading is zero.
+    under the efforts that have acted until then; the first reading is zero. Pushes of a run are felt as well.
 
     Args:
         robot: the true arm.
@@ -78,7 +96,9 @@ class TipForceSensor:
         """
         if q is self._state:
             return self._reading
-        wrench = self._wrench(q, qd)
+        pushed = _PUSHED.get()
+        push = None if pushed is None else pushed()
+        wrench = self._wrench(q, qd) if push is None else self._wrench(q, qd) + push
         R = self._coordinates.pose(self._robot, q)[..., :3, :3]
         halves = [(R @ part[..., None])[..., 0] for part in (wrench[..., :3], wrench[..., 3:])]
         exerted: Floats = -np.concatenate(halves, axis=-1)

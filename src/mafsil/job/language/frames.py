@@ -11,10 +11,11 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.errors import JobError
 from mafsil.geometry import rotation
+from mafsil.geometry.pose import inverse
 from mafsil.geometry.quaternion import to_quaternion
 from mafsil.job.constraint_table import DIRECTIONS, PathConstraints, PlacedConstraints
-from mafsil.job.description import Four, Goal, Obstacle, Pose, Three
-from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, PlacedObstacle
+from mafsil.job.description import Four, Goal, MovingFrame, Obstacle, Pose, Three
+from mafsil.job.language.statements import JobFile, MovableFrame, Placed, PlacedGoal, PlacedObstacle
 from mafsil.job.lines import Path
 from mafsil.job.poses import facing, pose_matrix
 from mafsil.messages.visible import visible
@@ -29,15 +30,13 @@ class Frames:
 
     Args:
         poses: (4, 4) of each in {s}.
-        patterns: names that are frames inside loops only.
-        degrees: whether angles of the file are degrees.
+        file: with the patterns, whose names are frames inside loops only.
         error: makes the complaint about a key.
     """
 
-    def __init__(
-        self, poses: Mapping[str, PoseMatrix], patterns: frozenset[str], degrees: bool, error: Complaint
-    ) -> None:
-        self._poses, self._patterns, self.degrees, self._error = dict(poses), patterns, degrees, error
+    def __init__(self, poses: Mapping[str, PoseMatrix], file: JobFile, error: Complaint) -> None:
+        self._poses, self._file, self._error = dict(poses), file, error
+        self.degrees = file.angles == "degrees"
 
     @classmethod
     def of(cls, file: JobFile, error: Complaint) -> Frames:
@@ -46,18 +45,48 @@ class Frames:
         Raises:
             JobError: a frame in an unknown one or in itself, a name that means something else.
         """
-        frames = cls({}, frozenset(file.pattern), file.angles == "degrees", error)
+        frames = cls({}, file, error)
         for name in (*file.frame, *file.pattern):
             place = ("frame" if name in file.frame else "pattern", name)
             if name in (SPACE, TOOL) or (name in file.frame and name in file.pattern):
                 raise error("job.frame_name", place, frame=visible(name))
-        for name in file.frame:
+        for name, given in file.frame.items():
             frames._settle(name, file.frame, ())
+            if given.since is not None and not given.moves:
+                raise error("job.frame_stands", ("frame", name, "since"))
+            if given.moves and frames.carrier(given.frame) is not None:
+                raise error("job.frame_moves", ("frame", name, "frame"), frame=visible(str(given.frame)))
         return frames
+
+    def carrier(self, name: str | None) -> str | None:
+        """The moving frame that a frame or pattern is, or stands in; None of what stands still."""
+        frame = self._file.frame.get(name or "")
+        if frame is not None and frame.moves:
+            return name
+        placed = frame or self._file.pattern.get(name or "")
+        return None if placed is None else self.carrier(placed.frame)
+
+    def require_standing(self, name: str | None, path: Path) -> None:
+        """Refuse a frame that moves where one has to stand still."""
+        if self.carrier(name) is not None:
+            raise self._error("job.frame_moves", path, frame=visible(str(name)))
+
+    def moving(self) -> dict[str, MovingFrame]:
+        """The frames that move."""
+        found: dict[str, MovingFrame] = {}
+        for name, given in self._file.frame.items():
+            if given.moves:
+                around = np.eye(4) if given.frame is None else self.pose(given.frame, ("frame", name, "frame"))
+                velocity = _vector(around[:3, :3] @ given.velocity)
+                pose = pose_of(self._poses[name])
+                found[name] = MovingFrame(
+                    pose=pose, velocity=velocity, angular_speed=given.angular_speed, since=given.since
+                )
+        return found
 
     def inside(self, places: Mapping[str, PoseMatrix]) -> Frames:
         """The same and the present places of patterns."""
-        return Frames(self._poses | dict(places), self._patterns, self.degrees, self._error)
+        return Frames(self._poses | dict(places), self._file, self._error)
 
     def pose(self, name: str, path: Path) -> PoseMatrix:
         """(4, 4) of a frame in {s}.
@@ -69,7 +98,7 @@ class Frames:
             return np.eye(4)
         if name in self._poses:
             return self._poses[name]
-        if name in self._patterns:
+        if name in self._file.pattern:
             raise self._error("job.pattern_outside", path, pattern=visible(name))
         raise self._error(
             "job.unknown_frame", path, frame=visible(name), known=", ".join(map(visible, self._poses)) or "-"
@@ -90,11 +119,12 @@ class Frames:
             return msgspec.structs.replace(self._displacement(given, path), branch=given.branch)
         pose = self.point(given, path, free=given.task == "position")
         return Goal(
-            position=pose.position, rpy=pose.rpy, quaternion=pose.quaternion, task=given.task, branch=given.branch
-        )
+            position=pose.position, rpy=pose.rpy, quaternion=pose.quaternion, task=given.task, branch=given.branch,
+            carrier=self.carrier(given.frame),
+        )  # fmt: skip
 
     def point(self, given: Placed, path: Path, free: bool = False) -> Pose:
-        """A pose in {s}; one without a frame stays as it was typed.
+        """A pose in {s}, or in the frame that carries it; one without a frame stays as it was typed.
 
         Args:
             given: a pose in a frame.
@@ -103,7 +133,8 @@ class Frames:
         """
         if given.frame is None:
             return _plain(given)
-        T = self.placed(given, path)
+        T, carrier = self.placed(given, path), self.carrier(given.frame)
+        T = T if carrier is None else inverse(self._poses[carrier]) @ T
         return Pose(position=_three(T), quaternion=None if free else _four(T[:3, :3]))
 
     def obstacle(self, given: PlacedObstacle, path: Path) -> Obstacle:
@@ -111,6 +142,7 @@ class Frames:
         names = Obstacle.__struct_fields__
         plain = {name: getattr(given, name) for name in names}
         if given.frame is not None:
+            self.require_standing(given.frame, (*path, "frame"))
             T = self.placed(given, path)
             plain |= {"position": _three(T), "rpy": None, "quaternion": _four(T[:3, :3])}
         return Obstacle(**plain)
@@ -119,6 +151,7 @@ class Frames:
         """What is kept, its directions in {s}."""
         plain = {name: getattr(given, name) for name in PathConstraints.__struct_fields__}
         if given.frame is not None:
+            self.require_standing(given.frame, (*path, "frame"))
             R = self.pose(given.frame, (*path, "frame"))[:3, :3]
             for name in DIRECTIONS:
                 if plain[name] is not None:
@@ -131,16 +164,16 @@ class Frames:
         if given.relative == TOOL:
             own = _plain(given)
             return Goal(position=own.position, rpy=own.rpy, quaternion=own.quaternion, task=given.task, relative="tool")
+        self.require_standing(given.relative, (*path, "relative"))
         R = self.pose(str(given.relative), (*path, "relative"))[:3, :3]
         own = pose_matrix(_plain(given), degrees=self.degrees)
         turned = given.rpy is not None or given.quaternion is not None
-        place = R @ own[:3, 3]
         return Goal(
-            position=(float(place[0]), float(place[1]), float(place[2])),
+            position=_vector(R @ own[:3, 3]),
             quaternion=_four(R @ own[:3, :3] @ R.T) if turned else None, task=given.task, relative="space",
         )  # fmt: skip
 
-    def _settle(self, name: str, frames: Mapping[str, Placed], above: tuple[str, ...]) -> None:
+    def _settle(self, name: str, frames: Mapping[str, MovableFrame], above: tuple[str, ...]) -> None:
         """The pose of a frame after that of the one that it stands in."""
         if name in self._poses:
             return
@@ -166,7 +199,11 @@ def _plain(given: Placed | PlacedObstacle) -> Pose:
 
 
 def _three(T: PoseMatrix) -> Three:
-    return float(T[0, 3]), float(T[1, 3]), float(T[2, 3])
+    return _vector(T[:3, 3])
+
+
+def _vector(p: Floats) -> Three:
+    return float(p[0]), float(p[1]), float(p[2])
 
 
 def _four(R: Floats) -> Four:

@@ -26,7 +26,7 @@ JUDGED: dict[str, tuple[str, ...]] = {
 FIELDS = keys_of(Statement)
 _ALL = ("name", "tolerance")
 _TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid", "planner", "clearance", "constraints")
-_TRAVEL += JOINT_BOUNDS
+_TRAVEL += (*JOINT_BOUNDS, "outputs", "process_wrench", "process_known", "until", "until_force")
 EFFECTIVE = {
     "joints": _TRAVEL,
     "pose": (*_TRAVEL, "blend", *TIP_BOUNDS),
@@ -85,6 +85,13 @@ def _check_statement(move: Statement, path: Path, data: dict[str, Any], error: C
         check_pose(move.pose, (*path, "pose"), data["pose"], error)
     if move.constraints is not None:
         check_constraints(move.constraints, (*path, "constraints"), data["constraints"], error)
+    if "process_known" in data and move.process_wrench is None:
+        raise error("job.no_effect", (*path, "process_known"), action=given[0], known="process_wrench")
+    if move.until_force is not None and (move.until or move.blend > 0.0):
+        raise error("job.search_alone", (*path, "until_force"))
+    for k, output in enumerate(move.outputs):
+        if not output.set or [output.share, output.distance, output.after].count(None) != 2:
+            raise error("job.path_output", (*path, "outputs", k))
     if move.tolerance is not None:
         judged = JUDGED.get(given[0], TIP_TOLERANCES)
         for name in move.tolerance.__struct_fields__:

@@ -56,7 +56,9 @@ def resolved(file: JobFile, others: tuple[OtherRobot, ...], folder: FilePath, er
     if start.pose is not None and start.pose.relative is not None:
         raise error("job.relative_start", ("start", "pose", "relative"))
     head: dict[str, Any] = {name: getattr(file, name) for name in Head.__struct_fields__}
-    head["lying"] = tuple(reader.lying())
+    if start.pose is not None and start.pose.carrier is not None:
+        raise error("job.frame_moves", ("start", "pose", "frame"), frame=visible(start.pose.carrier))
+    head["lying"], head["moving"] = tuple(reader.lying()), reader.frames.moving()
     obstacles = tuple(reader.frames.obstacle(each, ("obstacle", k)) for k, each in enumerate(file.obstacle))
     moves, origins = tuple(move for move, _ in made), tuple(origin for _, origin in made)
     return Job(**head, start=start, obstacle=obstacles, other_robot=others, move=moves, origins=origins)
@@ -187,6 +189,7 @@ class _Resolver:
         )
         if statement.through is not None:
             found = self.looked_up(statement.through, self.places, "pattern", (*path, "through"))
+            frames.require_standing(statement.through, (*path, "through"))
             if len(found) < 2:
                 raise self.error("job.through", (*path, "through"))
             *between, last = (pose_of(T) for _, T in found)
@@ -202,6 +205,9 @@ class _Resolver:
             if given.relative is not None:
                 raise self.error("job.relative_via", path)
         if isinstance(given, Placed):
+            goal = statement.pose if isinstance(statement.pose, PlacedGoal) else None
+            if frames.carrier(given.frame) != frames.carrier(None if goal is None else goal.frame):
+                raise self.error("job.frame_moves", (*path, "frame"), frame=visible(str(given.frame)))
             return frames.point(given, path)
         found = self.joints(given, path)
         assert found is not None
@@ -230,15 +236,17 @@ class _Resolver:
             raise self.error("job.part_inertia", (*path, "inertia"))
         return given
 
-    def lying(self) -> Iterator[tuple[Grasp, Pose]]:
-        """Each part that lies somewhere at the beginning, and where."""
+    def lying(self) -> Iterator[tuple[Grasp, Pose, str | None]]:
+        """Each part that lies somewhere at the beginning, where, and on which moving frame."""
         for name, given in self.file.part.items():
             part, path = self.part(name, ("part",)), ("part", name, "at")
             assert part is not None
+            carrier = self.frames.carrier(given.at.frame if isinstance(given.at, Placed) else given.at)
             if isinstance(given.at, str):
-                yield from ((part, pose_of(T)) for _, T in self.looked_up(given.at, self.places, "pattern", path))
+                places = self.looked_up(given.at, self.places, "pattern", path)
+                yield from ((part, pose_of(T), carrier) for _, T in places)
             elif given.at is not None:
-                yield part, pose_of(self.frames.placed(given.at, path))
+                yield part, pose_of(self.frames.placed(given.at, path)), carrier
 
     def goal(self, given: PlacedGoal | str | None, path: Path, frames: Frames) -> Goal | None:
         """A goal, of a name the pose that it names."""

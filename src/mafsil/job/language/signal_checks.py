@@ -34,18 +34,31 @@ def require_signals(file: JobFile, error: Complaint) -> None:
     for name, source in file.input.items():
         digital[name] = isinstance(source.start, bool) if source.follows is None else digital[source.follows]
     for statement, path in _statements(file.move, ("move",)):
-        _require_values(statement.set, file, digital, path, error)
-        for name, wanted in statement.wait.items():
-            _require_kind(wanted, digital, name, (*path, "wait", name), error)
+        for values, here in outputs_of(statement, path):
+            _require_values(values, file, digital, here, error)
+        until = statement.until if isinstance(statement, Statement) else {}
+        for key, conditions in (("wait", statement.wait), ("until", until)):
+            for name, wanted in conditions.items():
+                _require_kind(wanted, digital, name, (*path, key, name), error)
         for key, tests in (("if", statement.if_), ("while", statement.while_)):
             for name, test in tests.items():
                 _require_test(test, digital, file.variables, name, (*path, key, name), error)
+    touched = file.surface or file.hole or file.door or file.guide
+    for statement, path in _statements(file.move, ("move",)):
+        if isinstance(statement, Statement) and statement.until_force is not None and not touched:
+            raise error("job.search_surface", (*path, "until_force"))
+    for name, frame in file.frame.items():
+        if frame.since is not None and not (frame.since in file.input and digital[frame.since]):
+            known = ", ".join(visible(one) for one in file.input if digital[one]) or "-"
+            raise error("job.frame_since", ("frame", name, "since"), given=visible(frame.since), known=known)
     _require_others(file, digital, error)
 
 
 def _require_others(file: JobFile, digital: Mapping[str, bool], error: Complaint) -> None:
     """Signals of other robots, each output set by one robot alone."""
-    owners = {name: "@job.owner_main" for statement, _ in _statements(file.move, ("move",)) for name in statement.set}
+    statements = _statements(file.move, ("move",))
+    main = (name for one, path in statements for values, _ in outputs_of(one, path) for name in values)
+    owners = dict.fromkeys(main, "@job.owner_main")
     for k, robot in enumerate(file.other_robot):
         for move, path in _statements(robot.move, ("other_robot", k, "move")):
             _require_values(move.set, file, digital, path, error)
@@ -59,6 +72,13 @@ def _require_others(file: JobFile, digital: Mapping[str, bool], error: Complaint
                 if first != visible(robot.name):
                     details = {"signal": visible(name), "first": first, "second": visible(robot.name)}
                     raise error("job.signal_owner", (*path, "set", name), **details)
+
+
+def outputs_of(statement: Statement | OtherStatement, path: Path) -> Iterator[tuple[Mapping[str, SignalValue], Path]]:
+    """What a statement sets, at rest and on the way, and where that stands."""
+    yield statement.set, path
+    if isinstance(statement, Statement):
+        yield from ((one.set, (*path, "outputs", k)) for k, one in enumerate(statement.outputs))
 
 
 def _require_values(

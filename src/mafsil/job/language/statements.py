@@ -31,6 +31,25 @@ class Placed(Part, frozen=True, kw_only=True):
     frame: str | None = None
 
 
+class MovableFrame(Placed, frozen=True, kw_only=True):
+    """A frame, standing or moving.
+
+    Attributes:
+        velocity: of its origin, along the axes of the frame in which it is given [m/s].
+        angular_speed: about its z axis [rad/s].
+        since: an input: the frame is at its pose when that last became true; at the beginning of the job if None.
+    """
+
+    velocity: Three = (0.0, 0.0, 0.0)
+    angular_speed: float = 0.0
+    since: str | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves."""
+        return any(self.velocity) or self.angular_speed != 0.0
+
+
 class PlacedGoal(Placed, frozen=True, kw_only=True):
     """A pose to be reached, or a displacement.
 
@@ -168,7 +187,7 @@ class JobFile(Head, frozen=True, kw_only=True):
 
     Attributes:
         start: where the robot begins.
-        frame: frames by name, each in {s} or in another one.
+        frame: frames by name, each in {s} or in another one, standing or moving.
         pose: poses by name.
         configuration: joint coordinates by name.
         pattern: places by name.
@@ -179,7 +198,7 @@ class JobFile(Head, frozen=True, kw_only=True):
     """
 
     start: PlacedStart = PlacedStart()
-    frame: dict[str, Placed] = msgspec.field(default_factory=dict[str, Placed])
+    frame: dict[str, MovableFrame] = msgspec.field(default_factory=dict[str, MovableFrame])
     pose: dict[str, PlacedGoal] = msgspec.field(default_factory=dict[str, PlacedGoal])
     configuration: dict[str, tuple[float, ...]] = msgspec.field(default_factory=dict[str, tuple[float, ...]])
     pattern: dict[str, Pattern] = msgspec.field(default_factory=dict[str, Pattern])

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from mafsil.job.description import Controller, Obstacle, Simulation
+from mafsil.job.driving_tables import PerAxis, has_free_direction
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.pose_checks import check_pose
 from mafsil.job.language.statements import JobFile, OtherProgram, PlacedGoal
@@ -28,7 +29,14 @@ NEEDED = {"cloud": "radius", "heights": "size"}
 """What has to be said beside a file."""
 FORMS = {"surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "normal")}
 """Keys of what is touched of which exactly one is given."""
-DIRECTIONS = {"surface": ("normal", "axis"), "hole": ("axis",), "door": ("axis",), "guide": ("direction", "normal")}
+DIRECTIONS = {
+    "track": ("direction",),
+    "surface": ("normal", "axis"),
+    "hole": ("axis",),
+    "door": ("axis",),
+    "guide": ("direction", "normal"),
+}
+COMPLIANCE = ("tip_stiffness", "rotational_stiffness", "tip_damping", "rotational_damping")
 GAINS = {
     "computed_torque": ("frequency", "damping"),
     "pd_gravity": ("kp", "kd"),
@@ -40,8 +48,8 @@ GAINS = {
     "linear_quadratic": ("frequency",),
     "adaptive": ("learning",),
     "task_computed_torque": ("frequency", "damping"),
-    "impedance": ("tip_stiffness", "rotational_stiffness", "damping"),
-    "admittance": ("tip_mass", "turn_inertia", "tip_stiffness", "rotational_stiffness", "damping"),
+    "impedance": (*COMPLIANCE, "damping"),
+    "admittance": ("tip_mass", "turn_inertia", *COMPLIANCE, "damping"),
     "hybrid": ("frequency", "damping", "normal_force", "force_gain", "force_integral"),
 }
 """Gains of each law; those of another one have no effect and are refused."""
@@ -64,6 +72,9 @@ def check_tables(file: JobFile, data: dict[str, Any], error: Complaint) -> None:
     _check_controller(file.controller, file.simulation, error)
     _check_variation(file, error)
     _check_contacts(file, error)
+    for k, track in enumerate(file.track):
+        if not track.range[0] < track.range[1]:
+            raise error("job.track_range", ("track", k, "range"))
     _check_other_robots(file.other_robot, error)
 
 
@@ -186,6 +197,13 @@ def _check_controller(controller: Controller, simulation: Simulation, error: Com
     for name in {name: None for names in GAINS.values() for name in names if name not in own}:
         if getattr(controller, name) is not None:
             raise error("job.no_gain", ("controller", name), kind=controller.kind, known=", ".join(own))
+    for name in COMPLIANCE:
+        given: PerAxis | None = getattr(controller, name)
+        if isinstance(given, tuple) and len(given) != 3:
+            raise error("job.per_axis", ("controller", name), got=len(given))
+    for stiffness, damping in (COMPLIANCE[0::2], COMPLIANCE[1::2]):
+        if has_free_direction(getattr(controller, stiffness)) and getattr(controller, damping) is None:
+            raise error("job.free_undamped", ("controller", stiffness), damping=damping)
 
 
 def _check_other_robots(robots: tuple[OtherProgram, ...], error: Complaint) -> None:

@@ -9,10 +9,24 @@ import msgspec
 
 from mafsil.job.constraint_table import PathConstraints
 from mafsil.job.contact_tables import Door, Guide, Hole, Surface
-from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, SceneFile, Step, Tolerance, Tool
-from mafsil.job.language.statements import JobFile, Pattern, Placed
+from mafsil.job.description import (
+    Bounds,
+    Collision,
+    Grasp,
+    Job,
+    Obstacle,
+    Part,
+    Pose,
+    SceneFile,
+    Step,
+    Tolerance,
+    Tool,
+    Track,
+)
+from mafsil.job.language.statements import JobFile, MovableFrame, Pattern, Placed
 from mafsil.job.other_robot import OtherPlace
 from mafsil.job.part import keys_of
+from mafsil.job.signals import PathOutput
 from mafsil.job.variation_table import Normal, VariationTable
 
 File = TypeVar("File", JobFile, SceneFile)
@@ -21,6 +35,7 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Pose: ("position",),
     Placed: ("position", "look_at"),
     OtherPlace: ("position",),
+    MovableFrame: ("velocity",),
     Pattern: ("pitch",),
     Grasp: ("size", "offset", "com"),
     Obstacle: ("box", "sphere", "cylinder", "capsule", "cone", "radius", "size", "base"),
@@ -28,17 +43,20 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Tolerance: ("position",),
     PathConstraints: ("tolerance",),
     Step: ("blend", "clearance", "tip_speed", "tip_acceleration"),
+    PathOutput: ("distance",),
     Surface: ("point", "sphere", "cylinder"),
     Hole: ("mouth", "clearance", "depth", "chamfer", "peg"),
     Door: ("hinge",),
     Guide: ("point",),
     Tool: ("com", "size", "centre"),
+    Track: ("range", "speed", "acceleration"),
     Bounds: ("tip_speed", "tip_acceleration"),
     VariationTable: ("bound", "payload_offset"),
 }
 """Lengths, also per time, of each table and those derived from it; coordinates of joints are converted elsewhere."""
 ANGLES: dict[type[Part], tuple[str, ...]] = {
     Bounds: ("tip_angular_speed",),
+    MovableFrame: ("angular_speed",),
     Step: ("tip_angular_speed", "joint_speed", "joint_acceleration"),
 }
 """Angles per time; those of poses, joints and tolerances are converted where they are used."""

@@ -1,0 +1,71 @@
+"""Parallel robots as descriptions with loops: what jobs and other commands load."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mafsil.errors import FileError
+from mafsil.geometry import pose
+from mafsil.model import Limits, Mechanism
+from mafsil.model.exponentials import frame_on_screw, kind_of_screw
+from mafsil.model.joint import Joint, JointKind
+from mafsil.model.link import Link
+from mafsil.parallel.legs.leg_library import delta_legs
+from mafsil.parallel.legs.leg_mechanism import LegMechanism
+from mafsil.parallel.platforms.delta import DeltaRobot
+from mafsil.parallel.robot_file import parse_parallel
+
+SWING = 0.5 * np.pi
+"""How far arms of a Delta robot turn up and down from where they lie level [rad]."""
+
+
+def described(data: dict[str, Any], source: str) -> Mechanism:
+    """The mechanism of a parallel robot in plain data, without masses and shapes.
+
+    Args:
+        data: as `mafsil.parallel.robot_file` reads it.
+        source: name for errors.
+
+    Raises:
+        FileError: no parallel robot, or one of another kind than `delta`.
+    """
+    robot = parse_parallel(data, source)
+    if not isinstance(robot, DeltaRobot):
+        raise FileError("parallel.not_described", path=source, given=str(data["kind"]))
+    return mechanism_of_legs(delta_legs(robot, 0.0), str(data.get("name", "delta")), Limits(lower=-SWING, upper=SWING))
+
+
+def mechanism_of_legs(drawn: LegMechanism, name: str, driven: Limits) -> Mechanism:
+    """A platform on legs as a tree, whose first leg carries the platform, and loops through the last joints of others.
+
+    Args:
+        drawn: the legs, at zero coordinates in one pose of the platform.
+        name: of the robot.
+        driven: limits of the driven joints.
+    """
+    links, joints, loops, count = [Link("base")], list[Joint](), list[Joint](), 0
+    T_platform = np.eye(4)
+    for i, leg in enumerate(drawn.legs, start=1):
+        parent, T_parent = "base", np.eye(4)
+        for k, S in enumerate(leg.screws.T, start=1):
+            kind, direction, pitch = kind_of_screw(S)
+            T = frame_on_screw(S, kind, direction, pitch, T_parent[:3, 3])
+            last, moved = k == leg.n, count in drawn.driven
+            child = "platform" if last and i == 1 else f"leg {i} link {k}"
+            joint = Joint(
+                f"leg {i} joint {k}", kind, parent, child, pose.inverse(T_parent) @ T, pitch=pitch,
+                limits=driven if moved else Limits(), actuated=moved,
+            )  # fmt: skip
+            links.append(Link(child))
+            if last and i == 1:
+                T_platform = T
+            if last and i > 1:
+                held = Joint(f"foot {i}", JointKind.FIXED, "platform", child, pose.inverse(T_platform) @ T)
+                joints, loops = [*joints, held], [*loops, joint]
+            else:
+                joints.append(joint)
+            parent, T_parent, count = child, T, count + 1
+    T_lt = pose.inverse(T_platform) @ drawn.legs[0].home
+    return Mechanism.assemble(name, links, joints, loops=loops, tip="platform", T_lt=T_lt)
