@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.messages.visible import visible
 from mafsil.model.mesh import Surface
 
 Colour: TypeAlias = tuple[float, float, float, float]
@@ -36,11 +37,29 @@ class Solid:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Slide:
+    """A rod between a body and the one that it slides in, as long as it has come out.
+
+    Attributes:
+        parent: place of the other body in the list.
+        place: where the rod begins in the other [m].
+        end: where it ends in its own [m].
+        radius: of the rod [m].
+    """
+
+    parent: int
+    place: tuple[float, float, float]
+    end: tuple[float, float, float]
+    radius: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Body:
-    """Solids that move together."""
+    """Solids that move together, and the rod on which they slide."""
 
     name: str
     solids: tuple[Solid, ...]
+    slide: Slide | None = None
 
 
 def as_data(bodies: Iterable[Body]) -> dict[str, Any]:
@@ -54,10 +73,11 @@ def as_data(bodies: Iterable[Body]) -> dict[str, Any]:
         form = {"kind": solid.kind, "size": solid.size, "pose": solid.pose, "colour": solid.colour}
         return form if solid.surface is None else form | {"surface": places[id(solid.surface)]}
 
-    return {
-        "surfaces": [_surface(surface) for surface in surfaces],
-        "bodies": [{"shapes": [drawn(solid) for solid in body.solids]} for body in found],
-    }
+    def whole(body: Body) -> dict[str, Any]:
+        form: dict[str, Any] = {"name": visible(body.name), "shapes": [drawn(solid) for solid in body.solids]}
+        return form if body.slide is None else form | {"slide": asdict(body.slide)}
+
+    return {"surfaces": [_surface(surface) for surface in surfaces], "bodies": [whole(body) for body in found]}
 
 
 def packed(array: Floats) -> str:

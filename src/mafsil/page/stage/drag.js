@@ -93,7 +93,7 @@ export class ToolDrag {
   end() {
     if (!this.going) return;
     this.going = null;
-    this.stage.app.store.release();
+    this.stage.app.store.release(); // the reason stays until the next action
     this.stage.app.store.show({ wish: null });
   }
 }

@@ -23,11 +23,11 @@ view({
     place.append(element("div", { class: "buttons" }, element("label", { class: "choice" }, ghosts, sentence(words, "ghosts")), element("label", { class: "choice" }, method, sentence(words, "by_search"))));
     if (arm.settings.locked.length) place.append(element("p", { class: "soft" }, sentence(words, "locked_about", { joint: arm.settings.locked.map((k) => data.robot.joints[k].name).join(", ") })));
     const swings = arm.settings.locked.map((joint) => swing(place, joint, { store, words, data }));
-    const list = element("div", { class: "branches" }), rows = [];
+    const list = element("div", { class: "branches" }), rows = [], hide = () => store.show({ peek: -1 });
     place.append(list);
     for (let row = 0; row < data.branches.rows; row++) {
       const name = element("span", {}), state = element("span", { class: "soft" });
-      const mark = element("i"), button = element("button", { type: "button", "data-branch": row, onclick: () => store.do("choose", { branch: row }) }, mark, name, state);
+      const mark = element("i"), button = element("button", { type: "button", "data-branch": row, onclick: () => store.do("choose", { branch: row }), onpointerenter: () => store.show({ peek: row }), onfocus: () => store.show({ peek: row }), onpointerleave: hide, onblur: hide }, mark, name, state);
       mark.style.background = `var(--s${row % 8})`;
       list.append(button);
       rows.push({ button, name, state });
@@ -51,7 +51,7 @@ view({
 /** A slider that turns a free joint while the tool stays; where no configuration does, the arm stays, with the reason. */
 function swing(place, joint, { store, words, data }) {
   const { arm } = store, { lower, upper } = arm.settings, { name, prismatic } = data.robot.joints[joint];
-  const range = element("input", { type: "range", min: lower[joint] ?? -Math.PI, max: upper[joint] ?? Math.PI, step: "any", dir: "ltr", id: `swing-${joint}`, "aria-label": words.text("swing", { joint: name }), oninput: () => lead(Number(range.value)), onchange: () => { store.release(); store.show({ wish: null }); } });
+  const range = element("input", { type: "range", min: lower[joint] ?? -Math.PI, max: upper[joint] ?? Math.PI, step: "any", dir: "ltr", id: `swing-${joint}`, "aria-label": words.text("swing", { joint: name }), oninput: () => lead(Number(range.value)), onchange: () => { store.release(); store.show({ wish: null, refusal: null }); } });
   const value = isolated("", { class: "soft" });
   place.append(element("label", { class: "swing" }, element("span", {}, sentence(words, "swing", { joint: name })), value, range));
   function lead(wanted) {

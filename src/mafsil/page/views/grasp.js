@@ -13,6 +13,7 @@ const MOST_FINGERS = 8, CONE = 0.42, FORCE = 0.55, FAR = 1.3; // lengths in the 
 
 view({
   name: "grasp",
+  tab: "analyse",
   order: 75,
   mount(place, app) {
     const { words } = app, grasp = (app.grasp ??= { body: "rectangle", fingers: [1, 4.2], mu: 0.3 });

@@ -7,7 +7,9 @@ import { element, isolated, matrix, number, sentence, symbol, written } from "./
 
 view({
   name: "jacobian",
+  tab: "analyse",
   order: 40,
+  open: true,
   wanted: ({ kernels }) => "jacobian_body" in kernels,
   mount(place, { store, words }) {
     const n = store.arm.settings.n, J_b = matrix(6, n, [symbol("J", "b", "=")]), values = isolated(""), measure = isolated("");

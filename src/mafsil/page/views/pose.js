@@ -10,6 +10,7 @@ const FIELDS = [["x", "m", 1], ["y", "m", 1], ["z", "m", 1], ["roll", "°", DEGR
 view({
   name: "pose",
   order: 20,
+  open: true,
   mount(place, app) {
     const { store, words } = app, T_sb = matrix(4, 4, [symbol("T", "sb", "=")]);
     const shown = () => {
