@@ -12,7 +12,7 @@ import pytest
 import mafsil as mf
 from mafsil.collision import Checker, distance
 from mafsil.job.resting import CLEAR, home_posture
-from mafsil.model import Capsule, Cylinder, library
+from mafsil.model import Capsule, library
 from mafsil.model.appearance import part_of
 from mafsil.model.skeleton import reach
 from mafsil.page import show
@@ -48,7 +48,7 @@ def test_makers_postures_are_found() -> None:
     assert np.rad2deg(home_posture(mf.load("panda"))) == pytest.approx([0, 0, 0, -135, 0, 135, 0])
 
 
-@pytest.mark.parametrize("name", (*ROBOTS, LOOPS[1]))
+@pytest.mark.parametrize("name", [*ROBOTS, LOOPS[1]])
 def test_joined_links_touch_wherever_the_joints_are(name: str) -> None:
     robot = mf.load(name)
     mechanism, drawing, size = robot.mechanism, Drawing(robot.mechanism), reach(robot.mechanism)
@@ -159,7 +159,7 @@ def test_the_compass_looks_along_axes_and_two_clicks_bring_a_link_near(browser: 
 
 
 def test_at_rest_edges_are_sharp_without_a_graphics_processor(browser: Browser, folder: Path) -> None:
-    """At rest there are more dots than the screen has, and the outline of the arm is at most two of the screen's wide."""
+    """At rest there are more dots than the screen has, and outlines of the arm are at most two of the screen wide."""
     browser.resize(1280, 800)
     browser.load(show("panda", language="en").write(folder / "panda.html"))
     browser.ask("mafsil.draw()")

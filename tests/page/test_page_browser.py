@@ -143,6 +143,8 @@ def test_slide_drag_choose_push_and_replay(browser: Browser, pages: Path, tmp_pa
     # 6. Save, replay.
     settle(browser)
     end = state(browser)
+    browser.ask("mafsil.unfold('code')")
+    settle(browser)
     lines = browser.ask("document.getElementById('journal').textContent").splitlines()
     assert [line.partition("(")[0] for line in lines if line.startswith("arm.")] == [
         "arm.set_joints", "arm.set_joint", "arm.reach", "arm.choose", "arm.reach",
@@ -223,6 +225,7 @@ def test_numbers_that_are_shown_are_those_of_python(browser: Browser, pages: Pat
     browser.load(pages / "panda.html")
     for name in ("pose", "jacobian", "gravity", "dh"):
         browser.ask(f"mafsil.unfold('{name}')")
+        settle(browser)
     browser.wait("document.querySelectorAll('#view-pose mn')[15].textContent === '1.0000'")
     browser.wait("document.querySelector('#view-jacobian dd').textContent")
     browser.wait("document.querySelector('#view-gravity .value').textContent")
@@ -456,7 +459,7 @@ def test_a_view_with_its_own_kernel_and_action(browser: Browser, tmp_path: Path)
 def test_the_loop_is_plotted(browser: Browser, pages: Path) -> None:
     """Joints over time are kept while the loop is closed and the card is open, and drawn in their colours."""
     browser.load(pages / "ur5e.html")
-    browser.ask("document.getElementById('view-plot').open = true")
+    browser.ask("mafsil.unfold('plot')")
     browser.ask("document.getElementById('loop').click(); mafsil.store.do('push', {wrench: [0, 0, 0, 0, 30, 10]})")
     browser.wait("mafsil.history.length > 12")
     browser.ask("document.getElementById('plot-values').click()")
@@ -520,6 +523,7 @@ def test_a_script_opens_in_the_page(browser: Browser, pages: Path) -> None:
     assert opened(browser, text).startswith("opened: 6")
     end = state(browser)
     assert np.array(end["q"], dtype=np.float64).tobytes() == scope["arm"].q.tobytes()
+    browser.ask("mafsil.unfold('code')")
     settle(browser)
     shown = browser.ask("document.getElementById('journal').textContent").splitlines()
     assert [line.split("(")[0] for line in shown[3:]] == [line.split("(")[0] for line in lines]
@@ -532,7 +536,7 @@ def test_a_script_opens_in_the_page(browser: Browser, pages: Path) -> None:
 def test_a_changed_table_draws_its_arm(browser: Browser, pages: Path) -> None:
     """An edited row: the new arm's skeleton, its distance, its Python; back to the arm that is."""
     browser.load(pages / "panda.html")
-    browser.ask("document.getElementById('view-dh').open = true")
+    browser.ask("mafsil.unfold('dh')")
     browser.wait("document.querySelector('#view-dh input').value")
     before = browser.ask("mafsil.stage.items().length")
     enter(browser, "#view-dh input", 4 * 2 + 2, 0.5)
@@ -552,7 +556,7 @@ def test_a_changed_table_draws_its_arm(browser: Browser, pages: Path) -> None:
 def test_a_grasp_is_drawn_and_judged(browser: Browser, pages: Path) -> None:
     """Friction slides it from held to not held, with the wrench that proves it; a finger is dragged and led by keys."""
     browser.load(pages / "ur5e.html")
-    browser.ask("document.getElementById('view-grasp').open = true")
+    browser.ask("mafsil.unfold('grasp')")
     code = "document.getElementById('grasp-code').textContent"
     browser.wait(code)
     assert browser.ask("document.querySelector('.verdict').textContent").startswith("force closure")

@@ -90,6 +90,7 @@ def _words(page: Page) -> dict[str, Any]:
     return {
         "title": visible(page.title),
         "moves": [visible(step.name) for step in page.steps if not step.beside],
+        "flags": [visible(one.text) for one in page.findings if one.time is not None],
         "plots": [{"title": plot.title, "names": [visible(name) for name in plot.names]} for plot in page.plots],
     }
 
@@ -142,7 +143,8 @@ def _data(page: Page, others: Sequence[Page]) -> dict[str, Any]:
         "duration": page.duration,
         "joints": [visible(name) for name in page.joints],
         "time": packed(page.times),
-        "moves": [{"from": step.start, "to": step.end} for step in page.steps if not step.beside],
+        "moves": [{"from": one.start, "to": one.end, "level": one.level} for one in page.steps if not one.beside],
+        "flags": [{"time": one.time, "level": one.level} for one in page.findings if one.time is not None],
         "plots": [plot_data(plot) for plot in page.plots],
         "tape": _tape(scene),
     }

@@ -50,7 +50,7 @@ export class Camera {
   frame(points, aspect) {
     if (!points.length) return;
     for (let k = 0; k < 12; k++) {
-      const seen = points.map((point) => this.project(point, 2 * aspect, 2));
+      const seen = this.projected(points, 2 * aspect, 2);
       const [x, y] = ["x", "y"].map((way) => [Math.min(...seen.map((one) => one[way])), Math.max(...seen.map((one) => one[way]))]);
       const depth = seen.reduce((sum, one) => sum + one.depth, 0) / seen.length, pixel = this.reach(depth, 2);
       this.target = Vector.plus(Vector.plus(this.target, this.right, ((x[0] + x[1]) / 2 - aspect) * pixel), this.up, (1 - (y[0] + y[1]) / 2) * pixel);
@@ -85,9 +85,16 @@ export class Camera {
 
   /** Place of a point in a picture of this size [pixels], and how far it is. @returns {{x: number, y: number, depth: number}} */
   project(point, width, height) {
-    const m = this.matrix(width / height), at = (r) => m[r] * point[0] + m[4 + r] * point[1] + m[8 + r] * point[2] + m[12 + r];
-    const depth = at(3);
-    return { x: (at(0) / depth + 1) * width / 2, y: (1 - at(1) / depth) * height / 2, depth };
+    return this.projected([point], width, height)[0];
+  }
+
+  /** The same of many points. */
+  projected(points, width, height) {
+    const m = this.matrix(width / height);
+    return points.map(([x, y, z]) => {
+      const at = (r) => m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r], depth = at(3);
+      return { x: (at(0) / depth + 1) * width / 2, y: (1 - at(1) / depth) * height / 2, depth };
+    });
   }
 
   /** How far the world moves with a pixel, at a depth. */

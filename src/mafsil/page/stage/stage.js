@@ -44,7 +44,7 @@ export class Stage extends Viewport {
     const { camera, width, height, figure } = this, { state, arm } = this.app.store;
     const items = figure.robot(arm.kernels.link_poses(state.q)[0]);
     const links = Map.groupBy(items.keys(), (k) => figure.parts[k].link);
-    const seen = [...links.values()].map((of) => around(of.map((k) => items[k]))).map((points) => ({ points, places: points.map((point) => camera.project(point, width, height)) }));
+    const seen = [...links.values()].map((of) => around(of.map((k) => items[k]))).map((points) => ({ points, places: camera.projected(points, width, height) }));
     const within = (places, way, at) => Math.min(...places.map((one) => one[way])) < at && at < Math.max(...places.map((one) => one[way]));
     const under = seen.filter(({ places }) => within(places, "x", offsetX) && within(places, "y", offsetY)).sort((a, b) => Math.min(...a.places.map((one) => one.depth)) - Math.min(...b.places.map((one) => one.depth)));
     if (!under.length) this.frame();
@@ -118,7 +118,7 @@ export class Stage extends Viewport {
       const { x, y } = this.camera.project(place, width, height), [left, top] = freePlace(x, y, width, height, taken);
       taken.push([left, top]);
       label.type = "button";
-      written(label, String(row + 1));
+      written(label, String(row));
       label.setAttribute("aria-label", text);
       label.title = text;
       label.dataset.row = row;
