@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -145,5 +146,20 @@ def test_the_studio_opens_a_job_with_its_scene_which_follows_the_text(browser: B
         )
         browser.ask(f"(f => {{ {change} }})(document.getElementById('job'))")
         browser.wait(f"Math.abs({wall}[1] - 0.1) < 1e-6")
-        browser.ask("new Promise(done => setTimeout(done, 200))")
+        # A target is led by the pointer, and its line of the text follows.
+        browser.ask("mafsil.stage.home()")
+        browser.ask(SETTLED)
+        left, top, _, _ = browser.box("#scene")
+        goal = "mafsil.player.scenery.tape.targets[4].pose.slice(0, 3)"
+        before = browser.ask(goal)
+        found = browser.ask(f"mafsil.stage.camera.project({goal}, mafsil.stage.width, mafsil.stage.height)")
+        x, y = left + found["x"], top + found["y"]
+        browser.drag((x, y), (x - 20, y - 30))
+        browser.wait("!mafsil.link.heard.get('job').text.includes('position = [0.45, -0.30, 0.10]')")
+        after = browser.ask(goal)
+        assert 0.02 < np.linalg.norm(np.subtract(after, before)) < 0.4
+        text = studio.jobs.job["text"]
+        assert f"position = [{', '.join(f'{value:g}' for value in after)}]" in text
+        assert [move.pose.position for move in parse(text).move if move.name == "set down"] == [tuple(after)]
+        browser.wait(f"document.getElementById('job').value === {json.dumps(text)}")
         studio.server.shutdown()

@@ -43,9 +43,9 @@ def test_the_home_posture_is_dextrous_free_and_within_the_limits(name: str) -> N
 
 
 def test_makers_postures_are_found() -> None:
-    """What Universal Robots and Franka show in their manuals, but for the turn of the shoulder."""
+    """What Universal Robots and Franka call home or ready, but for the turn of the flange."""
     assert np.rad2deg(home_posture(mf.load("ur5e"))) == pytest.approx([0, -90, -90, -90, 90, 0])
-    assert np.rad2deg(home_posture(mf.load("panda"))) == pytest.approx([0, 0, 0, -135, 0, 135, 0])
+    assert np.rad2deg(home_posture(mf.load("panda"))) == pytest.approx([0, -45, 0, -135, 0, 90, 0])
 
 
 @pytest.mark.parametrize("name", [*ROBOTS, LOOPS[1]])

@@ -128,9 +128,7 @@ def _grade(robot: Robot, q: Floats) -> Floats:
     up = -gravity / np.linalg.norm(gravity) if np.any(gravity) else np.array([0.0, 0.0, 1.0])
     poses, T = np.asarray(robot.link_poses(q)), np.asarray(robot.forward_kinematics(q))
     J = np.asarray(robot.jacobian_body(q)) / np.array([1.0] * 3 + [size] * 3)[:, None]
-    values = np.linalg.svd(J if robot.n >= 6 else J[:, 3:], compute_uv=False)
-    rank = max(1, int((values.max(axis=0) > 1e-9).sum()))
-    dexterity: Floats = values[:, rank - 1] / np.maximum(values[:, 0], 1e-12)
+    dexterity = _dexterity(J if robot.n >= 6 else J[:, 3:])
     tip = (T[:, :3, 3] - mechanism.T_sb[:3, 3]) / size
     heights = (poses[:, :, :3, 3] - mechanism.T_sb[:3, 3]) @ up / size
     bounded = np.isfinite(limits.upper - limits.lower)
@@ -142,6 +140,16 @@ def _grade(robot: Robot, q: Floats) -> Floats:
     grade += 3.0 * np.minimum(heights.min(axis=1), 0.0)
     grade -= 0.08 * np.abs(q).sum(axis=1)
     return grade.round(9)
+
+
+def _dexterity(J: Floats) -> Floats:
+    """(k,) ratio of the least and the largest singular value of Jacobians; a seventh joint is locked in turn."""
+    rows, columns = J.shape[1:]
+    if columns > rows == 6:
+        return np.mean([_dexterity(np.delete(J, k, axis=2)) for k in range(columns)], axis=0)
+    values = np.linalg.svd(J, compute_uv=False)
+    rank = max(1, int((values.max(axis=0) > 1e-9).sum()))
+    return values[:, rank - 1] / np.maximum(values[:, 0], 1e-12)
 
 
 def _outside(values: Floats, band: tuple[float, float]) -> Floats:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.errors import FileError, InputError, MafsilError
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Job, Refusal, Run, parse, solve
 from mafsil.job.equipment import equipped
+from mafsil.job.lines import Places
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.report.page import around_data
@@ -184,6 +185,7 @@ class JobRunner:
             scene = waiting_scene(asked, equipped(asked, self._folder), self._folder)
             if scene.q.shape[1] == self._robot.n:
                 job |= {"title": visible(asked.title), "start": scene.q[0].tolist(), "around": around_data(scene)}
+                job["lines"] = _lines_of_targets(asked, text)
         except MafsilError as error:
             job["wrong"] = complaint(error)
         return job
@@ -196,6 +198,12 @@ class JobRunner:
         with self._broadcast.lock:
             self.run = {"kind": "run", **details}
             self._broadcast.send(self.run)
+
+
+def _lines_of_targets(job: Job, text: str) -> list[int | None]:
+    """For each target the line on which its position stands; None of what is relative, or comes from another file."""
+    places, goals = Places(text).of(job), [(k, move.pose) for k, move in enumerate(job.move) if move.pose is not None]
+    return [None if goal.relative else places.line(("move", k, "pose", "position")) for k, goal in goals]
 
 
 def complaint(error: MafsilError) -> dict[str, Any]:

@@ -73,6 +73,20 @@ export class Scenery {
     return [...parts, ...this.fixed];
   }
 
+  /** The target at a place of the picture, if one is as near as this [pixels]; -1 where none is. */
+  targetAt(x, y, { camera, width, height }, near) {
+    const away = camera.projected(this.tape.targets.map(({ pose }) => pose), width, height).map((one) => Math.hypot(one.x - x, one.y - y));
+    const k = away.indexOf(Math.min(...away));
+    return k >= 0 && away[k] < near ? k : -1;
+  }
+
+  /** A target somewhere else. */
+  place(k, position) {
+    const target = this.tape.targets[k];
+    target.pose = [...position, ...target.pose.slice(3)];
+    if (this.few[k]) this.few[k] = Matrix.pose(...target.pose);
+  }
+
   /** Where a thing begins. @param {number} k */
   placeOf(k) {
     return k < this.carried.length ? Array.from(this.carried[k].poses.subarray(0, 3)) : Array.from(this.fixed[k - this.carried.length].slice(12, 15));

@@ -1,6 +1,7 @@
 // The picture: draws what the state says whenever it has changed, turns with the pointer and with keys.
 
 import { tipEllipsoids } from "../core/ellipsoids.js";
+import { Vector } from "../../scene/matrix.js";
 import { hereOf, lifted } from "../core/state.js";
 import { branchesAt, tipPose } from "../loops/reach.js";
 import { dhChain, dhFrames } from "../core/dh.js";
@@ -68,9 +69,15 @@ export class Stage extends Viewport {
     if (shown.frame >= 0) list.push(...figure.triad(dhFrames(shown.table ?? this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
     if (shown.table) list.push(...figure.skeleton(dhChain(shown.table, state.q), this.colours.s2));
     if (shown.replay?.ghost) list.push(...figure.ghost(arm.kernels.link_poses(shown.replay.ghost)[0], this.colours.accent));
-    if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }));
+    if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }), ...this.away(tip, shown.wish));
     if (shown.ellipsoid || shown.forces) list.push(...this.ellipsoids(tip));
     return list.concat(this.app.joined.flatMap((one) => one.items?.(this) ?? []), this.ghosts());
+  }
+
+  /** A thin line from the tool to where it is wished. */
+  away(tip, wish) {
+    const [from, to] = [tip, wish].map((T) => [T[3], T[7], T[11]]);
+    return Math.hypot(...Vector.minus(to, from)) > 1e-4 ? [this.figure.rod(from, to, this.colours.bad, 0.0025 * this.figure.size)] : [];
   }
 
   /** The other branches of the pose that is wished for, or of the tip's own, each with its name. */
@@ -141,7 +148,7 @@ export class Stage extends Viewport {
   }
 
   hover(event) {
-    this.canvas.classList.toggle("grip", this.drag.near(event));
+    this.canvas.classList.toggle("grip", this.drag.near(event) || this.drag.targetAt(event) >= 0);
   }
 
   lead(event) {

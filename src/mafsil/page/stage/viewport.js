@@ -73,7 +73,7 @@ export class Viewport {
   readColours() {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => [1, 3, 5].map((i) => parseInt(style.getPropertyValue(name).trim().slice(i, i + 2), 16) / 255).concat(1);
-    this.colours = Object.fromEntries(["accent", "floor", "grid", "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"].map((name) => [name, colour(`--${name}`)]));
+    this.colours = Object.fromEntries(["accent", "bad", "floor", "grid", "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"].map((name) => [name, colour(`--${name}`)]));
   }
 
   /** Draw these: at once, and finely when nothing has moved for a while. @param {object[]} items */
