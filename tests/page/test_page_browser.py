@@ -75,7 +75,7 @@ def enter(browser: Browser, selector: str, row: int, value: float) -> None:
 
 def slide(browser: Browser, row: int, share: float) -> None:
     """Move the slider of a joint by a share of its range, with the pointer."""
-    left, top, width, height = browser.box(f".joint:nth-of-type({row + 1}) input[type=range]")
+    left, top, width, height = browser.settled_box(f".joint:nth-of-type({row + 1}) input[type=range]")
     ranges = "document.querySelectorAll('.joint input[type=range]')"
     now = browser.ask(f"(e => (e.value - e.min) / (e.max - e.min))({ranges}[{row}])")
     y, start = top + height / 2, left + 8 + (width - 16) * now
@@ -160,7 +160,7 @@ def test_the_free_joint_swings_while_the_tool_stays(browser: Browser, pages: Pat
     browser.load(pages / "panda.html")
     T = browser.ask("Array.from(mafsil.store.arm.kernels.tip_pose(mafsil.store.state.q)[0])")
     start = state(browser)["q"]
-    left, top, width, height = browser.box("#swing-6")
+    left, top, width, height = browser.settled_box("#swing-6")
     low, high = browser.ask("(e => [Number(e.min), Number(e.max)])(document.getElementById('swing-6'))")
     x, y = left + 8 + (width - 16) * (start[6] - low) / (high - low), top + height / 2
     browser.drag((x, y), (x + 0.06 * width, y))

@@ -7,7 +7,8 @@ const AXES = [[0.83, 0.24, 0.22], [0.25, 0.62, 0.32], [0.22, 0.44, 0.84]];
 const TURNS = [[0.7071, 0, 0.7071, 0], [0.7071, -0.7071, 0, 0], [1, 0, 0, 0]];
 
 /** Nothing is hidden and nothing is lit. */
-const NO_MARKS = { hidden: new Set(), lit: null }, LIT = [1, 0.62, 0.2];
+export const NO_MARKS = { hidden: new Set(), lit: null };
+const LIT = [1, 0.62, 0.2];
 const lightened = (colour) => colour.map((part, k) => (k < 3 ? 0.35 * part + 0.65 * LIT[k] : part));
 const METAL = [0.55, 0.58, 0.62, 1], THICK_ROD = 0.01; // share of the scene
 
@@ -48,6 +49,7 @@ export class Figure {
     this.slides = scene.bodies.flatMap(({ slide }, link) => (slide ? [{ ...slide, link }] : []));
     this.shaft = renderer.mesh(Shapes.cylinder(this.size * 0.0042, this.size * 0.085));
     this.head = renderer.mesh(Shapes.cone(this.size * 0.0105, this.size * 0.03));
+    this.tipOfPointer = renderer.mesh(Shapes.cone(this.size * 0.022, this.size * 0.06));
     this.stick = renderer.mesh(Shapes.cylinder(1, 1));
     this.ball = renderer.mesh(Shapes.of("sphere", [1]));
     const wide = this.size * 9, corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
@@ -123,6 +125,14 @@ export class Figure {
     const middle = from.map((x, k) => (x + to[k]) / 2);
     const thick = (way) => way.map((x) => x * radius);
     return { mesh: this.stick, colour, model: Float32Array.of(...thick(across), 0, ...thick(third), 0, ...along, 0, ...middle, 1) };
+  }
+
+  /** An arrow from one place to another. */
+  pointer(from, to, colour) {
+    const along = Vector.minus(to, from), long = Math.hypot(...along), neck = Vector.plus(to, along, -0.06 * this.size / long);
+    const shaft = this.rod(from, neck, colour, 0.007 * this.size), turn = Array.from(shaft.model), thick = 0.007 * this.size;
+    const model = Float32Array.of(...turn.slice(0, 3).map((x) => x / thick), 0, ...turn.slice(4, 7).map((x) => x / thick), 0, ...along.map((x) => x / long), 0, ...neck, 1);
+    return [shaft, { mesh: this.tipOfPointer, colour, model }];
   }
 
   /** Rods between the origins of frames, which are drawn at them. @param {number[][]} chain  poses, row after row */

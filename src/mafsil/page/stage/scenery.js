@@ -3,7 +3,7 @@
 import { Matrix, Vector } from "../../scene/matrix.js";
 import { Shapes } from "../../scene/shapes.js";
 import { bytes } from "../core/kernels.js";
-import { around, columns } from "./figure.js";
+import { NO_MARKS, around, columns } from "./figure.js";
 
 const FEW_TARGETS = 12; // more are drawn as thin sticks, three meshes in all, however many there are
 const RODS = 80; // of the path where outlines are drawn, which cannot be hollow
@@ -52,7 +52,7 @@ export class Scenery {
    * @param {number[]} colour  of the path
    * @param {{hidden: Set<string>, lit: string | null}} marks
    */
-  items(frame, tip, colour, marks) {
+  items(frame, tip, colour, marks = NO_MARKS) {
     const list = this.figure.placed(this.solids, this.poses(frame, tip), marks, "thing");
     this.few.forEach((place, k) => { if (!marks.hidden.has(`target ${k}`)) list.push(...this.figure.arrows(place, { scale: marks.lit === `target ${k}` ? 1.2 : 0.75, opacity: 0.62 })); });
     if (!this.shown || !this.points.length) return list;

@@ -12,6 +12,7 @@ import { around } from "./figure.js";
 import { Viewport } from "./viewport.js";
 
 const FORCES = 0.25; // share of the scene that the largest force is drawn with
+const NEWTONS = 40; // a push that is drawn half as long as any may be
 const DOT = 27; // pixels between two numbers of ghosts
 const WORLD = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 
@@ -65,6 +66,7 @@ export class Stage extends Viewport {
     if (!shown.hidden.has("base")) list.push(...figure.triad(WORLD, { scale: 1.15 * scale("base") }));
     list.push(figure.dot([tip[3], tip[7], tip[11]], figure.size * 0.024, [...this.colours.accent.slice(0, 3), 0.7]));
     if (state.loop) list.push(...figure.ghost(arm.kernels.link_poses(state.goal)[0], this.colours.accent));
+    if (state.loop) list.push(...this.push(tip, state.push.slice(3)));
     if (shown.frames) for (let k = 0; k < poses.length; k += 16) list.push(...figure.triad(poses.subarray(k, k + 16), { scale: 0.7 }));
     if (shown.frame >= 0) list.push(...figure.triad(dhFrames(shown.table ?? this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
     if (shown.table) list.push(...figure.skeleton(dhChain(shown.table, state.q), this.colours.s2));
@@ -72,6 +74,15 @@ export class Stage extends Viewport {
     if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }), ...this.away(tip, shown.wish));
     if (shown.ellipsoid || shown.forces) list.push(...this.ellipsoids(tip));
     return list.concat(this.app.joined.flatMap((one) => one.items?.(this) ?? []), this.ghosts());
+  }
+
+  /** The force that pushes the tip, as an arrow that ends there. @param {number[]} force  in the tip's frame [N] */
+  push(tip, force) {
+    const size = Math.hypot(...force), { figure } = this;
+    if (!size) return [];
+    const along = [0, 1, 2].map((r) => force.reduce((sum, f, k) => sum + tip[4 * r + k] * f, 0) / size), to = [tip[3], tip[7], tip[11]];
+    const from = Vector.plus(to, along, -figure.size * (0.1 + 0.4 * size / (size + NEWTONS)));
+    return figure.pointer(from, to, this.colours.bad);
   }
 
   /** A thin line from the tool to where it is wished. */
