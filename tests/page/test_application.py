@@ -141,6 +141,7 @@ def test_the_studio_opens_a_job_with_its_scene_which_follows_the_text(browser: B
             "mafsil.player.scenery.placeOf(mafsil.player.scenery.tape.scenery.bodies.findIndex(b => b.name === 'wall'))"
         )
         assert browser.ask(wall) == pytest.approx([0.6, 0.0, 0.225])
+        browser.wait("document.getElementById('job').value.includes('wall')")
         change = (
             "f.value = f.value.replace('[0.6, 0.0, 0.225]', '[0.5, 0.1, 0.225]'); f.dispatchEvent(new Event('input'));"
         )

@@ -1,4 +1,4 @@
-"""What a stranger sees first: a posture one would print, links that hang together, a sharp picture that is filled."""
+"""What a stranger sees first: a home one would print, links that hang together, a sharp picture that is filled."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Checker, distance
-from mafsil.job.resting import CLEAR, home_posture
+from mafsil.job.resting import CLEAR, home_configuration
 from mafsil.model import Capsule, library
 from mafsil.model.appearance import part_of
 from mafsil.model.skeleton import reach
@@ -27,9 +27,9 @@ ROBOTS = (*library.robots(), "examples/robots/ur5.urdf")
 
 
 @pytest.mark.parametrize("name", library.robots())
-def test_the_home_posture_is_dextrous_free_and_within_the_limits(name: str) -> None:
+def test_the_home_configuration_is_dextrous_free_and_within_the_limits(name: str) -> None:
     robot = mf.load(name)
-    q = home_posture(robot)
+    q = home_configuration(robot)
     assert np.all((q > robot.limits.lower) & (q < robot.limits.upper))
     assert Checker(robot, clearance=CLEAR).free(q)
     drawn = Checker(robot).random_configurations(2000)
@@ -44,8 +44,8 @@ def test_the_home_posture_is_dextrous_free_and_within_the_limits(name: str) -> N
 
 def test_makers_postures_are_found() -> None:
     """What Universal Robots and Franka call home or ready, but for the turn of the flange."""
-    assert np.rad2deg(home_posture(mf.load("ur5e"))) == pytest.approx([0, -90, -90, -90, 90, 0])
-    assert np.rad2deg(home_posture(mf.load("panda"))) == pytest.approx([0, -45, 0, -135, 0, 90, 0])
+    assert np.rad2deg(home_configuration(mf.load("ur5e"))) == pytest.approx([0, -90, -90, -90, 90, 0])
+    assert np.rad2deg(home_configuration(mf.load("panda"))) == pytest.approx([0, -45, 0, -135, 0, 90, 0])
 
 
 @pytest.mark.parametrize("name", [*ROBOTS, LOOPS[1]])
@@ -67,26 +67,26 @@ def test_joined_links_touch_wherever_the_joints_are(name: str) -> None:
             ]
             for side in (mechanism.parents[k - 1], k)
         ]
-        slide = drawing.slide(k)
-        if slide is not None:
-            ends[1] += rods(slide, poses, k)
+        rod = drawing.rod(k)
+        if rod is not None:
+            ends[1] += rods(rod, poses, k)
         if not (ends[0] and ends[1]):
             continue
         gaps = [np.asarray(distance(a, b, T_a, T_b).distance) for a, T_a in ends[0] for b, T_b in ends[1]]
         assert np.min(gaps, axis=0).max() < TOUCHING * size, joint.name
 
 
-def rods(slide: Any, poses: np.ndarray, k: int) -> list[tuple[Any, np.ndarray]]:
-    """The rod of a slide as the page draws it: of another length in every configuration, so as a row of balls."""
+def rods(rod: Any, poses: np.ndarray, k: int) -> list[tuple[Any, np.ndarray]]:
+    """A rod as the page draws it: of another length in every configuration, so as a row of balls."""
     begin, end = (
         poses[:, link, :3, :3] @ np.array(at) + poses[:, link, :3, 3]
-        for link, at in ((slide.parent, slide.place), (k, slide.end))
+        for link, at in ((rod.parent, rod.place), (k, rod.end))
     )
     found = []
     for share in np.linspace(0.0, 1.0, 9):
         T = np.tile(np.eye(4), (len(poses), 1, 1))
         T[:, :3, 3] = begin + share * (end - begin)
-        found.append((Capsule(slide.radius, 1e-6), T))
+        found.append((Capsule(rod.radius, 1e-6), T))
     return found
 
 

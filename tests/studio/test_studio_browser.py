@@ -203,10 +203,10 @@ def test_both_languages(windows: tuple[Browser, Browser]) -> None:
     unfold(first, "job", "recordings", "configurations", "server")
     first.click("#language")
     assert first.ask("document.documentElement.dir") == "rtl"
-    words = first.ask("document.getElementById('views').innerText")
+    words = first.ask("document.getElementById('views').textContent")
     assert all(word in words for word in ("المهمة", "التسجيلات", "الخادم"))
     first.click("#language")
-    assert "Recordings" in first.ask("document.getElementById('views').innerText")
+    assert "Recordings" in first.ask("document.getElementById('views').textContent")
 
 
 def test_what_is_done_without_the_server_is_sent_later(tmp_path: Path) -> None:

@@ -31,16 +31,16 @@ BENDS = (0.2, 0.4, 0.8)
 """How far a start that is singular is bent [rad | m]."""
 
 ROUND_ANGLES = np.deg2rad([0.0, -45, 45, -90, 90, -135, 135])
-SLIDES = (0.5, 0.3, 0.7)
-"""Coordinates that home postures are made of: angles [rad], and shares of the range of a prismatic joint."""
-MOST_POSTURES = 12_000
+SHARES = (0.5, 0.3, 0.7)
+"""Coordinates that home configurations are made of: angles [rad], and shares of the range of a prismatic joint."""
+MOST_CANDIDATES = 12_000
 """That are compared; of more combinations some are drawn."""
 KEPT = 200
 """The best of them, of which every joint is turned to all of its coordinates, twice around."""
 FORWARD, HIGH = (0.28, 0.55), (0.12, 0.45)
-"""Where the tip of a home posture is in front of the base and above it, as shares of the reach."""
+"""Where the tip of a home configuration is in front of the base and above it, as shares of the reach."""
 CLEAR = 0.01
-"""Least gap between two parts of the arm in a home posture, where there are such [m]."""
+"""Least gap between two parts of the arm in a home configuration, where there are such [m]."""
 
 
 def resting_place(limits: JointLimits) -> JointVector:
@@ -81,7 +81,7 @@ def starting_place(robot: Robot) -> JointVector:
     return max([q, *bent], key=lambda configuration: round(_margin(robot, configuration), 9))
 
 
-def home_posture(robot: Robot) -> JointVector:
+def home_configuration(robot: Robot) -> JointVector:
     """(n,) round coordinates in which the arm is dextrous, free of itself, and good to look at [rad | m].
 
     The tip is in front of the base and neither low nor high, a tool with six joints points down, the joints are away
@@ -94,19 +94,19 @@ def home_posture(robot: Robot) -> JointVector:
     if not len(moving):
         return rest
     choices = {int(k): _round_coordinates(robot, int(k)) for k in moving}
-    postures = np.tile(rest, (min(prod(map(len, choices.values())), MOST_POSTURES), 1))
-    if len(postures) < MOST_POSTURES:
-        postures[:, moving] = list(product(*choices.values()))
+    configurations = np.tile(rest, (min(prod(map(len, choices.values())), MOST_CANDIDATES), 1))
+    if len(configurations) < MOST_CANDIDATES:
+        configurations[:, moving] = list(product(*choices.values()))
     else:
         draw = np.random.default_rng(0)
         for k, values in choices.items():
-            postures[:, k] = draw.choice(values, MOST_POSTURES)
+            configurations[:, k] = draw.choice(values, MOST_CANDIDATES)
     for k, values in (*choices.items(), *choices.items()):
-        best = postures[np.argsort(-_grade(robot, postures), kind="stable")[:KEPT]]
+        best = configurations[np.argsort(-_grade(robot, configurations), kind="stable")[:KEPT]]
         extra = np.repeat(best, len(values), axis=0)
         extra[:, k] = np.tile(values, len(best))
-        postures = np.unique(np.concatenate([best, extra]), axis=0)
-    best = postures[np.argsort(-_grade(robot, postures), kind="stable")]
+        configurations = np.unique(np.concatenate([best, extra]), axis=0)
+    best = configurations[np.argsort(-_grade(robot, configurations), kind="stable")]
     return next(iter(_free_of_itself(robot, best)), rest)
 
 
@@ -115,14 +115,14 @@ def _round_coordinates(robot: Robot, k: int) -> Floats:
     lower, upper = float(robot.limits.lower[k]), float(robot.limits.upper[k])
     span = upper - lower
     if robot.mechanism.coordinates[k].kind is JointKind.PRISMATIC:
-        return lower + np.array(SLIDES) * span if np.isfinite(span) else np.zeros(1)
+        return lower + np.array(SHARES) * span if np.isfinite(span) else np.zeros(1)
     margin = MARGIN / 3.0 * span if np.isfinite(span) else 0.0
     inside = ROUND_ANGLES[(ROUND_ANGLES >= lower + margin) & (ROUND_ANGLES <= upper - margin)]
     return inside if len(inside) else np.array([(lower + upper) / 2.0])
 
 
 def _grade(robot: Robot, q: Floats) -> Floats:
-    """(k,) how good postures are: dexterity first, then where the tip is and points, heights, bounds, small angles."""
+    """(k,) how good they are: dexterity first, then where the tip is and points, heights, bounds, small angles."""
     mechanism, limits = robot.mechanism, robot.limits
     size, gravity = reach(mechanism), np.asarray(mechanism.gravity)
     up = -gravity / np.linalg.norm(gravity) if np.any(gravity) else np.array([0.0, 0.0, 1.0])
@@ -157,12 +157,12 @@ def _outside(values: Floats, band: tuple[float, float]) -> Floats:
     return np.maximum(np.maximum(band[0] - values, values - band[1]), 0.0)
 
 
-def _free_of_itself(robot: Robot, postures: Floats) -> Iterable[JointVector]:
-    """Those of some postures in which no part of the arm is near another; all of them where that is not known."""
+def _free_of_itself(robot: Robot, configurations: Floats) -> Iterable[JointVector]:
+    """Those of some configurations in which no part of the arm is near another; all of them where that is not known."""
     try:
-        return postures[np.asarray(collision.Checker(robot, clearance=CLEAR).free(postures))]
+        return configurations[np.asarray(collision.Checker(robot, clearance=CLEAR).free(configurations))]
     except MafsilError:
-        return postures
+        return configurations
 
 
 def _inside(limits: JointLimits, q: JointVector) -> JointVector:

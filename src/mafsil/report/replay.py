@@ -107,7 +107,7 @@ def replay_scene(run: Run) -> Scene:
     )
 
 
-def waiting_scene(job: Job, robot: Robot, folder: Path) -> Scene:
+def waiting_scene(job: Job, robot: Robot, folder: Path, text: str = "") -> Scene:
     """What stands around the arm of a job before anything is planned: where it begins, targets, parts, obstacles.
 
     A target is where its move says that it is, from the one before if it is relative; a part waits where the tip takes
@@ -117,11 +117,12 @@ def waiting_scene(job: Job, robot: Robot, folder: Path) -> Scene:
         job: what is asked.
         robot: of the job, with the tool with which it starts.
         folder: to which paths of files are relative.
+        text: of the job, for the lines of errors.
 
     Raises:
         MafsilError: the start or the goals do not fit the robot, or a file cannot be read.
     """
-    places = Places("").of(job)
+    places = Places(text).of(job)
     require_fit(job, robot, places)
     q = _beginning(job, robot)
     poses = np.asarray(robot.link_poses(q))

@@ -15,7 +15,7 @@ from mafsil.model import Box, Capsule, Cylinder, JointKind, Mechanism, Sphere
 from mafsil.model.appearance import Piece, Pieces, corners, part_of, pieces, primitives
 from mafsil.model.mesh import Surface
 from mafsil.model.skeleton import THIN, reach, stand
-from mafsil.scene.solids import Body, Colour, Slide, Solid
+from mafsil.scene.solids import Body, Colour, Rod, Solid
 
 MOST_COLOURS = 16
 """A surface with more colours keeps the commonest; its other triangles get the nearest of these."""
@@ -45,9 +45,9 @@ class Drawing:
         for piece in primitives(stand(self.mechanism, self.lowest(poses, base=True), floor)):
             solids[0] += tuple(_solids(replace(piece, T_lg=to_base @ piece.T_lg)))
         named = enumerate(zip(self.mechanism.link_names, solids, strict=True))
-        return tuple(Body(name, of_link, self.slide(k)) for k, (name, of_link) in named)
+        return tuple(Body(name, of_link, self.rod(k)) for k, (name, of_link) in named)
 
-    def slide(self, k: int) -> Slide | None:
+    def rod(self, k: int) -> Rod | None:
         """The rod on which a link slides in the one before, where both are drawn of simple shapes; else None.
 
         Args:
@@ -62,7 +62,7 @@ class Drawing:
         round_ones = [one.geometry.radius for one in drawn if isinstance(one.geometry, Capsule | Cylinder)]
         begin = _on_axis(self.pieces[parent], joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis)
         end = _on_axis(self.pieces[k], np.zeros(3), joint.axis)
-        return Slide(parent, begin, end, 0.7 * min(round_ones, default=THIN * reach(self.mechanism)))
+        return Rod(parent, begin, end, 0.7 * min(round_ones, default=THIN * reach(self.mechanism)))
 
     def lowest(self, poses: PoseMatrix, *, base: bool = False) -> float:
         """Height of the lowest point of the robot, or of the part of it that never moves [m]."""

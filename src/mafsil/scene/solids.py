@@ -37,7 +37,7 @@ class Solid:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Slide:
+class Rod:
     """A rod between a body and the one that it slides in, as long as it has come out.
 
     Attributes:
@@ -59,7 +59,7 @@ class Body:
 
     name: str
     solids: tuple[Solid, ...]
-    slide: Slide | None = None
+    rod: Rod | None = None
 
 
 def as_data(bodies: Iterable[Body]) -> dict[str, Any]:
@@ -75,7 +75,7 @@ def as_data(bodies: Iterable[Body]) -> dict[str, Any]:
 
     def whole(body: Body) -> dict[str, Any]:
         form: dict[str, Any] = {"name": visible(body.name), "shapes": [drawn(solid) for solid in body.solids]}
-        return form if body.slide is None else form | {"slide": asdict(body.slide)}
+        return form if body.rod is None else form | {"rod": asdict(body.rod)}
 
     return {"surfaces": [_surface(surface) for surface in surfaces], "bodies": [whole(body) for body in found]}
 

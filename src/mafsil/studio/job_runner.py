@@ -182,7 +182,7 @@ class JobRunner:
         job: dict[str, Any] = {"kind": "job", "text": text, "window": window, "file": self._path is not None}
         try:
             asked = parse(text, self._source, folder=self._folder)
-            scene = waiting_scene(asked, equipped(asked, self._folder), self._folder)
+            scene = waiting_scene(asked, equipped(asked, self._folder), self._folder, text)
             if scene.q.shape[1] == self._robot.n:
                 job |= {"title": visible(asked.title), "start": scene.q[0].tolist(), "around": around_data(scene)}
                 job["lines"] = _lines_of_targets(asked, text)

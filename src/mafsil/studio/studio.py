@@ -107,7 +107,7 @@ class Studio:
             None,
         )
         self.jobs = JobRunner(self.broadcast, path, text, results, self._ran, self.arm.robot)
-        if job is not None and "start" in self.jobs.job:
+        if path is not None and "start" in self.jobs.job:
             given = msgspec.Raw(msgspec.json.encode({"values": self.jobs.job["start"]}))
             self.journal.change([Put("job-0", "set_joints", given)])
         self._heavy = threading.Lock()

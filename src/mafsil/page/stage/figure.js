@@ -46,7 +46,7 @@ export class Figure {
     this.size = scene.size;
     this.renderer = renderer;
     this.parts = this.solids(scene);
-    this.slides = scene.bodies.flatMap(({ slide }, link) => (slide ? [{ ...slide, link }] : []));
+    this.telescopes = scene.bodies.flatMap(({ rod }, link) => (rod ? [{ ...rod, link }] : []));
     this.shaft = renderer.mesh(Shapes.cylinder(this.size * 0.0042, this.size * 0.085));
     this.head = renderer.mesh(Shapes.cone(this.size * 0.0105, this.size * 0.03));
     this.tipOfPointer = renderer.mesh(Shapes.cone(this.size * 0.022, this.size * 0.06));
@@ -87,7 +87,7 @@ export class Figure {
   robot(poses, marks = NO_MARKS) {
     const placed = Array.from({ length: poses.length / 16 }, (_, k) => columns(poses.subarray(16 * k, 16 * k + 16)));
     const at = (m, [x, y, z]) => [0, 1, 2].map((r) => m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r]);
-    const rods = this.slides.flatMap(({ parent, link, place, end, radius }) => {
+    const rods = this.telescopes.flatMap(({ parent, link, place, end, radius }) => {
       const from = at(placed[parent], place), to = at(placed[link], end);
       return Math.hypot(...Vector.minus(to, from)) > 1e-6 ? [{ ...this.rod(from, to, METAL, radius), shadow: true }] : [];
     });
