@@ -88,6 +88,11 @@ def test_the_state_is_an_address(browser: Browser, ur5e: Path) -> None:
     for one, other in zip(before[:2], after[:2], strict=True):
         assert np.allclose(one, other, atol=1e-5)
     assert before[2:] == after[2:] == ["model", "ar", "deg"]
+    # A reload keeps what was done since.
+    browser.ask("mafsil.store.do('set_joint', {joint: 0, value: 0.5})")
+    browser.wait("history.state?.kept.startsWith('q=0.5')")
+    browser.reload()
+    assert browser.ask("mafsil.store.state.q")[0] == 0.5
     # Another robot takes what it can of it.
     browser.load(ur5e.with_name("panda.html"), f"#{address}")
     assert browser.ask("[mafsil.store.journal.length, mafsil.tab]") == [0, "model"]

@@ -1,6 +1,6 @@
 // What a page does: views mounted on one store, and drawn at most once a frame.
 
-import { stateText, takeState } from "./core/address.js";
+import { stateText, takeState, wantedState } from "./core/address.js";
 import { bytes, loadKernels } from "./core/kernels.js";
 import { Store } from "./core/store.js";
 import { VIEWS } from "./core/views.js";
@@ -49,7 +49,7 @@ export class App {
     this.player = new Player(this);
     this.tree = new Tree(byId("tree"), this);
     this.stage.home();
-    takeState(location.hash.slice(1) || history.state?.kept || "", this);
+    takeState(wantedState(), this);
     this.store.listen(() => this.draw());
     this.listen();
     this.mount();

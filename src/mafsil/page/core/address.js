@@ -7,6 +7,9 @@ const numbersOf = (text, count) => {
   return text && found.every(Number.isFinite) && (!count || found.length === count) ? found : null;
 };
 
+/** What the page is to open with: what it was left with before a reload, else what its address says. */
+export const wantedState = () => history.state?.kept || location.hash.slice(1);
+
 /** @param {object} app */
 export function stateText({ store, stage, words, tab }) {
   const { camera } = stage, { shown } = store, replay = shown.replay ?? shown.left;

@@ -1,5 +1,6 @@
 // The replay of a run: its bar, its clock, what stands around the arm; and the arm taken over from where it is.
 
+import { wantedState } from "../core/address.js";
 import { goOn, lengthOf, play, posed, seek } from "../core/tape.js";
 import { element, sentence, written } from "../views/elements.js";
 import { Scenery, floats } from "./scenery.js";
@@ -39,7 +40,7 @@ export class Player {
     const { store } = this.app, q = floats(tape.q), { n } = store.arm.settings;
     const first = { t: Array.from({ length: tape.frames }, (_, k) => Math.min(k * tape.period, tape.end)), q: Array.from({ length: tape.frames }, (_, k) => q.subarray(n * k, n * k + n)) };
     this.period = tape.period;
-    const moment = new URLSearchParams(location.hash.slice(1)).get("t"), still = moment !== null || matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const moment = new URLSearchParams(wantedState()).get("t"), still = moment !== null || matchMedia("(prefers-reduced-motion: reduce)").matches;
     store.show({ replay: posed({ first, second: null, time: Math.min(lengthOf(first), Number(moment) || 0), playing: !still }) });
   }
 

@@ -38,7 +38,7 @@ view({
       T_sb.write([0, 4, 8, 12].map((k) => Array.from(T.subarray(k, k + 4))));
       written(quaternion, `(${quaternionOf(T).map((x) => number(x)).join(", ")})`);
       written(vector, `(${rotationVector(T).map((x) => number(x)).join(", ")}) rad`);
-      shown().forEach((value, k) => { if (document.activeElement !== fields[k]) fields[k].value = value.toFixed(units[k].digits + 1); });
+      shown().forEach((value, k) => { if (document.activeElement !== fields[k]) fields[k].value = value.toFixed(units[k].digits + 1).replace(/^-(?=[0.]*$)/, ""); });
     };
   },
 });
