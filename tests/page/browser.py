@@ -88,7 +88,7 @@ class Browser:
         self, path: Path | str, ending: str = "", drawn: str = "window.mafsil && window.mafsil.timing.frames > 0"
     ) -> None:
         """Open a file, or an address, and wait until its script has drawn, which an expression tells."""
-        # The answer to a navigation may come before the page has changed; what a page keeps for a reload is left behind.
+        # The answer to a navigation may come before the page has changed; what is kept for a reload is left behind.
         self.ask("window.left = true; try { history.replaceState(null, ''); } catch {} history.replaceState = () => {}")
         self._call("Page.navigate", url=path + ending if isinstance(path, str) else path.as_uri() + ending)
         self.wait(f"!window.left && {drawn}")
