@@ -31,7 +31,7 @@ from tests.page.browser import Browser  # noqa: E402
 
 FRAMES = """new Promise(async (done) => {
   const app = window.mafsil, { store } = app, taken = [], loop = %s;
-  for (const { card } of app.updates) card.open = true;
+  for (const { card } of app.updates) Object.assign(card, { open: true, hidden: false });
   if (loop) {
     store.do("loop", { closed: true });
     store.do("push", { wrench: [0, 0, 0, 0, 15, 5] });

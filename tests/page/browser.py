@@ -88,9 +88,16 @@ class Browser:
         self, path: Path | str, ending: str = "", drawn: str = "window.mafsil && window.mafsil.timing.frames > 0"
     ) -> None:
         """Open a file, or an address, and wait until its script has drawn, which an expression tells."""
-        self.ask("window.left = true")  # the answer to a navigation may come before the page has changed
+        # The answer to a navigation may come before the page has changed; what is kept for a reload is left behind.
+        self.ask("window.left = true; try { history.replaceState(null, ''); } catch {} history.replaceState = () => {}")
         self._call("Page.navigate", url=path + ending if isinstance(path, str) else path.as_uri() + ending)
         self.wait(f"!window.left && {drawn}")
+
+    def reload(self) -> None:
+        """The same page once more, as a reader does."""
+        self.ask("window.left = true")
+        self._call("Page.reload")
+        self.wait("!window.left && window.mafsil && window.mafsil.timing.frames > 0")
 
     def wait(self, condition: str) -> None:
         """Wait until an expression is true."""

@@ -44,7 +44,7 @@ def actions_of(session: Session) -> list[dict[str, Any]]:
     todo.append({"do": "set_joints", "with": {"values": (arm.start + rng.uniform(-0.2, 0.2, arm.robot.n)).tolist()}})
     position = arm.robot.forward_kinematics(arm.start)[:3, 3]
     for shift in ([0.0, 0.0, 0.0], [0.05, -0.02, 0.03], [9.0, 0.0, 0.0]):
-        where = np.round(position + shift, 6).tolist()
+        where = (np.round(position + shift, 6) if any(shift) else position).tolist()
         todo.append({"do": "search", "with": {"position": where, "quaternion": TURNED}})
         if arm.form is not None:
             todo += [{"do": "choose", "with": {"branch": row}} for row in range(arm.form.pattern.branches)]

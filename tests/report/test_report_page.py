@@ -170,7 +170,7 @@ def test_a_bracket_that_the_arabic_opened_is_closed_by_it() -> None:
 
 DRAWN = """
 import { Figure } from "./page/stage/figure.js";
-import { Scenery } from "./report/template/scenery.js";
+import { Scenery } from "./page/stage/scenery.js";
 const place = [0.1, 0.2, 0.3, 1, 0, 0, 0], pack = (rows) => btoa(String.fromCharCode(...new Uint8Array(new Float32Array(rows).buffer)));
 let corners = 0;
 const renderer = { mesh: (shape) => { corners += shape.vertices.length / 6; return { count: shape.indices.length }; } };
@@ -199,7 +199,7 @@ def test_many_targets_are_drawn_in_three_meshes(tmp_path: Path) -> None:
 
 CARRIED = """
 import { Figure } from "./page/stage/figure.js";
-import { Scenery } from "./report/template/scenery.js";
+import { Scenery } from "./page/stage/scenery.js";
 const pack = (rows) => btoa(String.fromCharCode(...new Uint8Array(new Float32Array(rows).buffer)));
 const h = Math.SQRT1_2, tip = [0.5, 0, 0.4, h, 0, h, 0], part = [0.5, 0, 0.3, h, 0, h, 0], empty = { surfaces: [], bodies: [] };
 const figure = new Figure({ mesh: () => ({ count: 0 }) }, { ...empty, size: 1, floor: 0 });

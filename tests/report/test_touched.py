@@ -44,7 +44,7 @@ def test_holes_and_hollow_surfaces_are_drawn():
     run = solve(parse(JOB), JOB, Path())
     assert isinstance(run, Run)
     tips = run.tips()[0][:, :3, 3]
-    (ball, _), (bar, _), (bore, place) = standing(run, 2.0, tips)
+    (ball, _), (bar, _), (bore, place) = standing(run.job, 2.0, tips)
     assert ball.solids[0].kind == "sphere"
     assert ball.solids[0].size == (3.0,)
     assert ball.solids[0].colour[3] < 0.5
@@ -100,7 +100,7 @@ def test_what_is_endless_is_drawn_where_the_tip_is():
     run = solve(parse(ENDLESS), ENDLESS, Path())
     tips = run.tips()[0][:, :3, 3]
     middle = (tips.min(axis=0) + tips.max(axis=0)) / 2.0
-    found = {body.name: solid_in_space(body, T) for body, T in standing(run, 2.0, tips)}
+    found = {body.name: solid_in_space(body, T) for body, T in standing(run.job, 2.0, tips)}
     plane, size = found["plane"]
     np.testing.assert_allclose(plane[:2], middle[:2], atol=1e-9)
     assert plane[2] == pytest.approx(30.0, abs=0.01)

@@ -40,7 +40,6 @@ CLOSED = {
     "mafsil.control.contact.tip_wrench_of": "a state's: test_the_wrench_of_an_environment_is_that_of_a_closed_state",
     "mafsil.figures.plot_mechanism": "drawn closed: test_pictures_are_of_closed_loops below",
     "mafsil.figures.plot_response": "draws recorded coordinates: tests/simulation/test_closed_loops.py records them",
-    "mafsil.report.write_picture": "drawn closed: test_pictures_are_of_closed_loops below",
     "mafsil.job.bench_laws": "drives jobs, which keep loops closed: tests/job/test_closed_mechanisms.py",
     "mafsil.mobility.linkage_of": "closes the loops: tests/mobility/test_mobility.py",
     "mafsil.model.with_loops": "adds loops to a description",
@@ -271,16 +270,13 @@ def test_laws_made_without_their_functions_refuse_too(fused: bool, palletiser: m
 
 def test_pictures_are_of_closed_loops(palletiser: mf.Robot, tmp_path: Path) -> None:
     from mafsil.job.resting import resting_configuration
-    from mafsil.report import write_picture
 
     q = resting_configuration(palletiser.mechanism)
     assert ClosedChain(palletiser).error(q) < 1e-12
     mf.figures.plot_mechanism(palletiser, tmp_path / "arm.png")
-    write_picture(palletiser, tmp_path / "arm.html")
-    for draw, name in ((mf.figures.plot_mechanism, "b.png"), (write_picture, "b.html")):
-        with pytest.raises(InputError, match="closed loops"):
-            draw(palletiser, tmp_path / name, q + np.array([0, 0.2, 0, 0]))
-        assert not (tmp_path / name).exists()
+    with pytest.raises(InputError, match="closed loops"):
+        mf.figures.plot_mechanism(palletiser, tmp_path / "b.png", q + np.array([0, 0.2, 0, 0]))
+    assert not (tmp_path / "b.png").exists()
 
 
 def test_the_wrench_of_an_environment_is_that_of_a_closed_state(palletiser: mf.Robot) -> None:

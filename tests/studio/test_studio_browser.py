@@ -107,7 +107,7 @@ def write(window: Browser, old: str, new: str) -> None:
 
 def unfold(window: Browser, *views: str) -> None:
     for view in views:
-        window.ask(f"document.getElementById('view-{view}').open = true")
+        window.ask(f"mafsil.unfold('{view}')")
     window.ask("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
@@ -156,10 +156,10 @@ def test_a_job_is_written_run_replayed_and_compared(studio: Studio, windows: tup
     for shown, tape in ((replay["q"], tapes[0]), (replay["ghost"], tapes[1])):
         exact = at(tape, np.array([time]))[0]
         assert np.abs(np.subtract(shown, exact)).max() < 1e-5
-    first.click("#replay")
+    first.click("#play")
     first.wait(f"mafsil.store.shown.replay.time > {time} + 0.1")
     # 5. Whoever moves the arm takes it over from there; the other window never was in the replay.
-    first.click("#replay")
+    first.click("#play")
     paused = first.ask("mafsil.store.state.q")
     act(first, 0, 0.5, gesture=False)
     assert first.ask("mafsil.store.shown.replay") is None
@@ -170,7 +170,7 @@ def test_a_job_is_written_run_replayed_and_compared(studio: Studio, windows: tup
     first.click("#language")
     assert first.ask("mafsil.store.shown.replay") is None
     #    The slider leads back to the replay, and leaves the journal alone.
-    first.ask("(f => { f.value = 0; f.dispatchEvent(new Event('input')); })(document.getElementById('replay-time'))")
+    first.ask("(f => { f.value = 0; f.dispatchEvent(new Event('input')); })(document.getElementById('time'))")
     first.wait("mafsil.store.shown.replay?.q")
     exact = at(tapes[0], np.zeros(1))[0]
     assert np.abs(np.subtract(first.ask("mafsil.store.state.q"), exact)).max() < 1e-5
@@ -203,10 +203,10 @@ def test_both_languages(windows: tuple[Browser, Browser]) -> None:
     unfold(first, "job", "recordings", "configurations", "server")
     first.click("#language")
     assert first.ask("document.documentElement.dir") == "rtl"
-    words = first.ask("document.getElementById('views').innerText")
+    words = first.ask("document.getElementById('views').textContent")
     assert all(word in words for word in ("المهمة", "التسجيلات", "الخادم"))
     first.click("#language")
-    assert "Recordings" in first.ask("document.getElementById('views').innerText")
+    assert "Recordings" in first.ask("document.getElementById('views').textContent")
 
 
 def test_what_is_done_without_the_server_is_sent_later(tmp_path: Path) -> None:

@@ -298,13 +298,13 @@ def test_a_job_is_stopped(studio: Studio) -> None:
 
 
 def test_errors_of_jobs_name_the_line(studio: Studio) -> None:
-    """What the text says, at once; what does not fit the robot, when it is run."""
+    """What the text says, and what does not fit the robot, at once; and again when it is run."""
     with listening(studio) as heard:
         next(heard)
         post(studio, "job", {"text": JOB.replace("robot =", "robt ="), "window": "w"})
         assert until(heard, "job")["wrong"]["line"] == 1
         post(studio, "job", {"text": JOB.replace("0.4, 0.3", "0.4, 0.3, 0.2"), "window": "w"})
-        assert "wrong" not in until(heard, "job")
+        assert until(heard, "job")["wrong"]["line"] == 4
         post(studio, "job/run", {})
         assert until(heard, "run", status="wrong")["line"] == 4
         assert post(studio, "job/save", {})[1]["error"]["code"] == "studio.no_job_file"

@@ -218,9 +218,9 @@ def _draw(mechanism: Mechanism, path: Path) -> None:
 
 def _draw_into(mechanism: Mechanism, path: Path) -> None:
     if path.suffix.lower() == ".html":
-        from mafsil.report import write_picture
+        from mafsil.page import show as page_of
 
-        write_picture(mechanism, path)
+        page_of(mechanism).write(path)
     else:
         from mafsil.figures import plot_mechanism
 

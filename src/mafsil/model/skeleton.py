@@ -56,8 +56,24 @@ def outlined(mechanism: Mechanism) -> Mechanism | None:
     for k, (link, own) in enumerate(zip(mechanism.links, outlines, strict=True)):
         carried = [joint for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True) if parent == k]
         marks = [drum for joint in carried for drum in _housing(joint, min(radii))]
-        links[k] = replace(link, visuals=(*own, *marks))
+        links[k] = replace(link, visuals=(*own, *marks, *_pin(own, min(radii))))
     return replace(mechanism, links=tuple(links))
+
+
+def _pin(outline: tuple[Shape, ...], radius: float) -> list[Shape]:
+    """What leads from a link's own joint to its outline, where that begins away from the joint."""
+    nearest, gap = np.zeros(3), np.inf
+    for shape in outline:
+        if isinstance(shape.geometry, Capsule | Cylinder):
+            axis, length = shape.T_lg[:3, 2], shape.geometry.length
+            begin = shape.T_lg[:3, 3] - length / 2.0 * axis
+            foot = begin + np.clip(-begin @ axis, 0.0, length) * axis
+            if np.linalg.norm(foot) - shape.geometry.radius < gap:
+                nearest, gap = foot, float(np.linalg.norm(foot)) - shape.geometry.radius
+    if not SHORTEST * radius < gap < np.inf:
+        return []
+    length = float(np.linalg.norm(nearest))
+    return [_shape("bone", Capsule(radius, length), nearest / 2.0, nearest / length, SHELL)]
 
 
 def reach(mechanism: Mechanism) -> float:

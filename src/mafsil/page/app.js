@@ -1,14 +1,20 @@
 // What a page does: views mounted on one store, and drawn at most once a frame.
 
+import { stateText, takeState, wantedState } from "./core/address.js";
 import { bytes, loadKernels } from "./core/kernels.js";
 import { Store } from "./core/store.js";
 import { VIEWS } from "./core/views.js";
 import { Words } from "./core/words.js";
+import { Player } from "./stage/player.js";
 import { Stage } from "./stage/stage.js";
+import { Tree } from "./tree.js";
 import { element, sentence } from "./views/elements.js";
 
 const SMOOTHING = 0.1;
-
+const KEPT = 500; // ms after which what a reload comes back to is kept
+const TABS = ["move", "analyse", "job", "model", "code"];
+const UNITS = { rad: { sign: "rad", factor: 1, digits: 3 }, deg: { sign: "°", factor: 180 / Math.PI, digits: 1 }, m: { sign: "m", factor: 1, digits: 3 }, mm: { sign: "mm", factor: 1000, digits: 1 } };
+const byId = (id) => document.getElementById(id);
 
 /** The module of kernels, which travels compressed. */
 async function unpacked(text) {
@@ -36,22 +42,102 @@ export class App {
     this.updates = [];
     /** What is no card: {tick, update, spoken, items}, each as it is wanted; see `join`. */
     this.joined = [];
-    this.stage = new Stage(document.getElementById("scene"), document.getElementById("labels"), this);
+    const wanted = VIEWS.filter((one) => one.wanted?.(this.store.arm, data) ?? true);
+    this.tabs = TABS.filter((tab) => wanted.some((one) => (one.tab ?? "move") === tab));
+    this.tab = this.tabs[0];
+    this.stage = new Stage(byId("scene"), byId("labels"), this);
+    this.player = new Player(this);
+    this.tree = new Tree(byId("tree"), this);
+    this.stage.home();
+    takeState(wantedState(), this);
     this.store.listen(() => this.draw());
-    document.getElementById("language").addEventListener("click", () => this.speak());
-    document.getElementById("frames").addEventListener("change", (event) => this.store.show({ frames: event.target.checked }));
-    document.getElementById("home").addEventListener("click", () => { this.stage.camera.home(); this.draw(); });
+    this.listen();
     this.mount();
+  }
+
+  listen() {
+    const { store, stage } = this, click = (id, act) => byId(id).addEventListener("click", act);
+    click("language", () => this.speak());
+    click("home", () => { stage.home(); this.draw(); });
+    click("undo", () => store.undo());
+    click("share", () => this.share());
+    click("angles", () => this.measure({ angle: store.shown.angle === "rad" ? "deg" : "rad" }));
+    click("lengths", () => this.measure({ length: store.shown.length === "m" ? "mm" : "m" }));
+    byId("frames").addEventListener("change", ({ target }) => store.show({ frames: target.checked }));
+    document.addEventListener("keydown", (event) => {
+      if (event.key !== "z" || !(event.ctrlKey || event.metaKey) || /^(INPUT|TEXTAREA)$/.test(event.target.tagName)) return;
+      event.preventDefault();
+      store.undo();
+    });
+  }
+
+  /** The unit of a length or an angle: how it is written, and how many there are in a metre or a radian. */
+  unit(prismatic) {
+    return UNITS[prismatic ? this.store.shown.length : this.store.shown.angle];
+  }
+
+  /** All numbers in other units. */
+  measure(units) {
+    this.store.show(units);
+    this.mount();
+  }
+
+  /** The address of this state, to be sent to somebody. */
+  async share() {
+    const address = `${location.href.split("#")[0]}#${stateText(this)}`;
+    try {
+      await navigator.clipboard.writeText(address);
+      this.say({ key: "copied", values: {} });
+    } catch {
+      location.hash = stateText(this);
+    }
+  }
+
+  /** Show a reason until the next action. @param {import("./core/state.js").Reason} refusal */
+  say(refusal) {
+    this.store.show({ refusal });
+  }
+
+  /** A card where it is seen. @param {string} name  of the view */
+  unfold(name) {
+    const { view, card } = this.updates.find((one) => one.view.name === name);
+    card.open = true;
+    this.turn(view.tab ?? "move");
+  }
+
+  /** Another tab. @param {string} tab */
+  turn(tab) {
+    this.tab = tab;
+    for (const button of byId("tabs").children) {
+      button.setAttribute("aria-selected", String(button.dataset.tab === tab));
+      button.tabIndex = button.dataset.tab === tab ? 0 : -1;
+    }
+    for (const { view, card } of this.updates) card.hidden = (view.tab ?? "move") !== tab;
+    this.draw();
+  }
+
+  /** One button for each tab; arrows go from one to the next. */
+  mountTabs() {
+    const step = (event, k) => {
+      const way = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (!way) return;
+      const at = (k + (this.words.direction === "rtl" ? -way : way) + this.tabs.length) % this.tabs.length;
+      this.turn(this.tabs[at]);
+      byId("tabs").children[at].focus();
+    };
+    byId("tabs").replaceChildren(...this.tabs.map((tab, k) => element("button", { type: "button", role: "tab", "data-tab": tab, "aria-controls": "views", onclick: () => this.turn(tab), onkeydown: (event) => step(event, k) }, sentence(this.words, `tab_${tab}`))));
   }
 
   /** All views, in the language that is chosen. */
   mount() {
-    const { words, data, store } = this, root = document.documentElement, panel = document.getElementById("views");
+    const { words, data, store } = this, root = document.documentElement, panel = byId("views");
     root.lang = words.chosen;
     root.dir = words.direction;
     document.title = data.titles?.[words.chosen] ?? `${data.robot.name} · mafsil`;
     for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(words, place.dataset.say === "hint" && store.arm.settings.driven ? "hint_loops" : place.dataset.say));
     for (const place of document.querySelectorAll("[data-label]")) place.setAttribute("aria-label", words.text(place.dataset.label));
+    for (const [id, prismatic] of [["angles", false], ["lengths", true]]) byId(id).textContent = this.unit(prismatic).sign;
+    this.stage.compass.speak((way) => words.text("look_along", { way }));
     const open = this.updates.length ? new Set(this.updates.filter(({ card }) => card.open).map(({ view }) => view.name)) : null;
     this.updates = [];
     panel.replaceChildren();
@@ -62,7 +148,10 @@ export class App {
       panel.append(card);
       this.updates.push({ view, card, update: view.mount(place, this) });
     }
-    this.draw();
+    this.mountTabs();
+    this.turn(this.tab);
+    this.tree.speak();
+    this.player.speak();
   }
 
   /**
@@ -96,19 +185,29 @@ export class App {
     const begin = performance.now();
     const running = [...this.updates.map(({ view }) => view), ...this.joined].filter((one) => one.tick?.(this, now)).length > 0;
     this.waiting = false;
-    for (const { card, update } of this.updates) if (card.open) update();
+    for (const { card, update } of this.updates) if (card.open && !card.hidden) update();
+    this.tree.update();
     for (const { update } of this.joined) update?.();
     this.paintStatus();
     this.stage.paint();
     const taken = performance.now() - begin;
     this.timing.frame = this.timing.frames++ ? this.timing.frame + SMOOTHING * (taken - this.timing.frame) : taken;
     if (running) this.draw();
+    clearTimeout(this.keeping);
+    this.keeping = setTimeout(() => this.keep(), KEPT);
+  }
+
+  /** What a reload of the page comes back to; a page in a frame of another has no history. */
+  keep() {
+    try {
+      history.replaceState({ kept: stateText(this) }, "");
+    } catch { /* nothing is kept there */ }
   }
 
   /** How the last action ended, or why the tool cannot be led where the pointer is. */
   paintStatus() {
-    const { store, words, data } = this, place = document.getElementById("status");
-    const reason = store.shown.wish ? store.shown.refusal : store.state.reason;
+    const { store, words, data } = this, place = byId("status");
+    const reason = store.shown.refusal ?? store.state.reason;
     const named = reason && { ...reason.values, joint: data.settings.locked.map((k) => data.robot.joints[k].name).join(", ") };
     const key = reason ? JSON.stringify([reason.key, named, words.chosen]) : "";
     if (place.dataset.key === key) return;

@@ -25,7 +25,7 @@ from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.structure.analysis import analysis, closed_form
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import DEFECT
-from mafsil.job.resting import REGULAR, resting_place, starting_place
+from mafsil.job.resting import home_configuration, resting_place
 from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.target import host
@@ -165,14 +165,10 @@ class Arm:
 
     @lazy
     def start(self) -> JointVector:
-        """(n,) where the page begins: of a regular place and its mirror image the one with the higher tip [rad | m]."""
+        """(n,) where the page begins [rad | m]."""
         if self.closed is not None:
             return self.closed.start(resting_place(self.robot.limits))
-        limits, q = self.robot.limits, starting_place(self.robot)
-        both = np.stack([q, np.clip(-q, limits.lower, limits.upper)])
-        regular = np.linalg.svd(self.robot.jacobian_body(both), compute_uv=False)[:, -1] >= REGULAR
-        heights = self.robot.forward_kinematics(both)[:, :3, 3] @ -np.asarray(self.robot.mechanism.gravity)
-        return both[1] if regular[1] and heights[1] > heights[0] else q
+        return home_configuration(self.robot)
 
     @lazy
     def task(self) -> Floats:

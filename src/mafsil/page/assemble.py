@@ -12,34 +12,49 @@ from mafsil.scene import one_script
 from mafsil.scene.inline import attribute, embedded, policy
 from mafsil.scene.modules import read
 
-MAIN = "page/main.js"
-STYLES = ("page", "stage", "cards")
+MAIN, SERVED = "page/main.js", "studio/main.js"
+_ROBOT = {"reading": "", "languages": "", "state": "robot", "alone": "", "style": ""}
 _NEEDS, _NAME = re.compile(r"^ *needs: \[([^\]]*)\],$", re.M), re.compile(r"[\"'](\w+)[\"']")
 
 
-def assembled(content: Mapping[str, Any], views: Sequence[str] = (), main: str = MAIN) -> str:
+def assembled(
+    content: Mapping[str, Any], views: Sequence[str] = (), main: str = MAIN, slots: Mapping[str, str] = _ROBOT
+) -> str:
     """The page as HTML text.
 
     Args:
         content: its data, see `mafsil.page.content`.
         views: absolute paths of modules with more views.
-        main: the module that opens it; another than `MAIN` may speak with the server that the page came from.
+        main: the module that opens it; the studio's speaks with the server that the page came from.
+        slots: HTML of what differs between a robot and a recording: `header`, `reading` below the application,
+            `languages` that wait, `state` as class of the page, `alone` where there is one language, and `style`.
 
     Raises:
         FileError: a module that cannot be read.
         KernelError: a module with statements that are not understood.
     """
-    style, code = "\n".join(read(f"page/{name}.css").strip() for name in STYLES), script(*views, main)
-    slots = {
-        "lang": content["language"],
-        "dir": direction(content["language"]),
-        "title": attribute(content["robot"]["name"]),
-        "policy": policy(style, code, computes=True, connects=main != MAIN),
-        "style": style,
-        "script": code,
-        "data": embedded(content),
-    }
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], read("page/page.html"))
+    style, code = "\n".join((styles(), slots["style"])).strip(), script(*views, main)
+    title = attribute(content.get("titles", {}).get(content["language"], content["robot"]["name"]))
+    filled = (
+        {"header": f"<h1><bdi>{title}</bdi></h1>"}
+        | dict(slots)
+        | {
+            "lang": content["language"],
+            "dir": direction(content["language"]),
+            "title": title,
+            "policy": policy(style, code, computes=True, connects=main == SERVED),
+            "style": style,
+            "script": code,
+            "data": embedded(content),
+        }
+    )
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: filled[match.group(1)], read("page/page.html"))
+
+
+def styles() -> str:
+    """The style of the application; that of its cards stays inside the element that holds them."""
+    page, stage, cards = (read(f"page/{name}.css").strip() for name in ("page", "stage", "cards"))
+    return f"{page}\n{stage}\n#views {{\n{cards}\n}}"
 
 
 def script(*modules: str) -> str:

@@ -53,6 +53,10 @@ def content(
         "robot": {
             "name": visible(robot.name),
             "python": python,
+            "tip": visible(robot.mechanism.tip),
+            "masses": [float(link.inertial.mass) if link.inertial else 0.0 for link in robot.mechanism.links],
+            "loops": [visible(loop.name) for loop in robot.mechanism.loops],
+            "gravity": np.asarray(robot.mechanism.gravity).tolist(),
             "joints": [{"name": visible(j.name), "prismatic": j.kind is JointKind.PRISMATIC} for j in joints],
         },
         "actions": action_arguments(),

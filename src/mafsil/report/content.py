@@ -26,10 +26,11 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A sentence about the run."""
+    """A sentence about the run, and when that was [s]; None where it is of all of it."""
 
     level: Level
     text: str
+    time: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

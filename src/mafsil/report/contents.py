@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import re
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from typing import TypeAlias
@@ -17,6 +18,7 @@ from mafsil.job.arrival import INSTANT, Arrival
 from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.judgement import Summary, error_details
 from mafsil.job.plan import Leg
+from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.surroundings import WayRound
 from mafsil.job.symptoms import joint_quantity
@@ -51,7 +53,7 @@ def page(run: Run, numbers: Summary, language: str, drawn: Scene | None = None) 
     """
     words = _Words(language)
     rows = plot_rows(run)
-    findings = tuple(Finding(remark.level, remark.sentence(language)) for remark in run.remarks)
+    findings = tuple(Finding(remark.level, remark.sentence(language), _moment(remark)) for remark in run.remarks)
     findings = findings or (Finding("good", words("no_findings")),)
     robot, controller = run.robot.name, words(f"controller_{run.job.controller.kind}")
     return Page(
@@ -105,6 +107,12 @@ def verdict(run: Run, language: str | None = None) -> Finding:
     if mild:
         return Finding("warning", say("report.verdict_warnings", language=language, count=mild))
     return Finding("good", say("report.verdict_good", language=language))
+
+
+def _moment(remark: Remark) -> float | None:
+    """When what is not good happened, as its sentence says [s]."""
+    said = re.fullmatch(r"([\d.]+) (m?s)", str(remark.details.get("time")))
+    return None if said is None or remark.level == "good" else float(said[1]) * (1e-3 if said[2] == "ms" else 1.0)
 
 
 def plot_rows(run: Run) -> Rows:

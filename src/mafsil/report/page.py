@@ -13,22 +13,17 @@ import numpy as np
 from mafsil.messages import direction, say
 from mafsil.messages.visible import visible
 from mafsil.page.arm import Arm
-from mafsil.page.assemble import script
+from mafsil.page.assemble import assembled, styles
 from mafsil.page.content import content, sentence
 from mafsil.report import fragments
 from mafsil.report.content import Page, Plot, Scene, Table
-from mafsil.scene import as_data, one_script, packed
-from mafsil.scene.inline import attribute, embedded, policy
-from mafsil.scene.modules import read
+from mafsil.scene import as_data, packed
+from mafsil.scene.inline import attribute
 
-MAIN, PICTURE = "report/template/main.js", "report/template/picture.js"
-PAGE_LABELS = ("frames", "view", "views", "hint", "other_language", "stage")
-"""Sentences that a report says as the page does that runs a robot."""
+MAIN = "report/template/main.js"
 LABELS = (
-    "replay", "play", "pause", "time", "speed", "path", "numbers_title", "warnings_title", "moves_title", "plots_title",
-    "plots_hint", "joints_title", "limits_title", "limits_hint",
-    "variation_title", "variation_hint", "source_title", "save_table", "table_hint", "share",
-    "take_over", "to_replay", "taken_over",
+    "numbers_title", "warnings_title", "moves_title", "plots_title", "plots_hint", "joints_title", "limits_title",
+    "limits_hint", "variation_title", "variation_hint", "source_title", "save_table", "table_hint", "share",
 )  # fmt: skip
 """Of a report alone; no key stands in both."""
 
@@ -43,29 +38,21 @@ def render(page: Page, *others: Page) -> str:
     Raises:
         KernelError: LLVM refuses a kernel of the robot.
     """
-    style = report_style()
-    slots = frame(page.language, page.title, style, _script()) | _texts(page)
-    slots["policy"] = policy(style, _script(), computes=True)
-    slots["varied"] = "hidden" if page.variation_table is None else ""
-    slots["alone"] = "" if others else "hidden"
-    slots["data"] = embedded(_data(page, others))
-    slots["languages"] = "".join(kept(each.language, _texts(each)) for each in others)
-    return filled("report.html", slots)
+    texts = _texts(page) | _labels(page.language) | {"varied": "hidden" if page.variation_table is None else ""}
+    slots = {
+        "header": texts["header"],
+        "reading": filled("report.html", texts),
+        "languages": "".join(kept(each.language, _texts(each)) for each in others),
+        "alone": "" if others else "hidden",
+        "state": "recording",
+        "style": _asset("report.css"),
+    }
+    return assembled(_data(page, others), (), MAIN, slots)
 
 
 def report_style() -> str:
     """The style of reports."""
-    return "\n".join((_asset("report.css"), read("page/stage.css").strip(), _cards()))
-
-
-@cache
-def _script() -> str:
-    return script(MAIN)
-
-
-@cache
-def _cards() -> str:
-    return "#views {\n" + read("page/cards.css").strip() + "\n}"
+    return "\n".join((styles(), _asset("report.css")))
 
 
 def _texts(page: Page) -> dict[str, str]:
@@ -103,26 +90,9 @@ def _words(page: Page) -> dict[str, Any]:
     return {
         "title": visible(page.title),
         "moves": [visible(step.name) for step in page.steps if not step.beside],
+        "flags": [visible(one.text) for one in page.findings if one.time is not None],
         "plots": [{"title": plot.title, "names": [visible(name) for name in plot.names]} for plot in page.plots],
     }
-
-
-def render_picture(title: str, subtitle: str, scene: Mapping[str, Any], language: str) -> str:
-    """A page that shows nothing but a scene, as HTML text.
-
-    Args:
-        title, subtitle: headline and the line under it.
-        scene: as `mafsil.scene.as_data`, with the poses of the bodies, the tip, centre, size and floor.
-        language: of the page.
-    """
-    style, code = "\n".join((_asset("report.css"), read("page/stage.css").strip())), one_script(PICTURE)
-    slots = frame(language, title, style, code) | {
-        "policy": policy(style, code),
-        "header": fragments.header(title, subtitle),
-        "hint": attribute(say("report.hint_still", language=language)),
-        "data": embedded({"scene": scene}),
-    }
-    return filled("picture.html", slots)
 
 
 def filled(template: str, slots: Mapping[str, str]) -> str:
@@ -142,14 +112,19 @@ def frame(language: str, title: str, style: str, code: str) -> dict[str, str]:
         language, title: of the page.
         style, code: that stand in it.
     """
-    labels = {name: attribute(say(f"report.{name}", language=language)) for name in LABELS}
-    labels |= {name: attribute(say(f"page.{name}", language=language)) for name in PAGE_LABELS}
+    labels = _labels(language)
     return labels | {
         "lang": language,
         "dir": direction(language),
         "title": attribute(visible(title)),
         "style": style,
         "script": code,
+    }
+
+
+def _labels(language: str) -> dict[str, str]:
+    return {name: attribute(say(f"report.{name}", language=language)) for name in LABELS} | {
+        "other_language": attribute(say("page.other_language", language=language))
     }
 
 
@@ -168,7 +143,8 @@ def _data(page: Page, others: Sequence[Page]) -> dict[str, Any]:
         "duration": page.duration,
         "joints": [visible(name) for name in page.joints],
         "time": packed(page.times),
-        "moves": [{"from": step.start, "to": step.end} for step in page.steps if not step.beside],
+        "moves": [{"from": one.start, "to": one.end, "level": one.level} for one in page.steps if not one.beside],
+        "flags": [{"time": one.time, "level": one.level} for one in page.findings if one.time is not None],
         "plots": [plot_data(plot) for plot in page.plots],
         "tape": _tape(scene),
     }
@@ -184,19 +160,25 @@ def plot_data(plot: Plot) -> dict[str, Any]:
     return drawn | {"column": plot.column, "keys": [visible(key) for key in plot.keys]}
 
 
-def _tape(scene: Scene) -> dict[str, Any]:
+def around_data(scene: Scene) -> dict[str, Any]:
+    """What stands around the arm, as the script of a page reads it."""
     bodies = [one.body for one in scene.carried] + [body for body, _ in scene.fixed]
     return {
+        "targets": [{"name": visible(name), "pose": pose.tolist()} for name, pose in scene.targets],
+        "scenery": as_data(bodies),
+        "carried": [{"poses": packed(one.poses), "first": one.first, "end": one.end} for one in scene.carried],
+        "fixed": [pose.tolist() for _, pose in scene.fixed],
+    }
+
+
+def _tape(scene: Scene) -> dict[str, Any]:
+    return around_data(scene) | {
         "period": scene.period,
         "end": float(scene.times[-1]),
         "frames": len(scene.q),
         "q": packed(scene.q),
         "tips": packed(scene.tips),
         "reference": packed(scene.references),
-        "targets": [{"name": visible(name), "pose": pose.tolist()} for name, pose in scene.targets],
-        "scenery": as_data(bodies),
-        "carried": [{"poses": packed(one.poses), "first": one.first, "end": one.end} for one in scene.carried],
-        "fixed": [pose.tolist() for _, pose in scene.fixed],
     }
 
 

@@ -11,12 +11,19 @@ from pathlib import Path
 
 import numpy as np
 
-from mafsil.arrays import Floats, Integers
+from mafsil.arrays import Floats, Integers, JointVector
 from mafsil.collision import Cone, ConvexHull, HeightMap, Obstacle, PointCloud, TriangleMesh
 from mafsil.geometry import pose
+from mafsil.ik import inverse_kinematics
 from mafsil.job import Job, Run
 from mafsil.job.equipment import UNNAMED_TOOL, box_of_tool
+from mafsil.job.fitting import coordinates, require_fit
+from mafsil.job.lines import Places
+from mafsil.job.neighbours import neighbours_of
 from mafsil.job.payload import box_in_tip
+from mafsil.job.poses import goal_matrix, pose_matrix
+from mafsil.job.resting import resting_configuration, starting_place
+from mafsil.job.surroundings import scene_of
 from mafsil.model.mesh import Surface
 from mafsil.model.mesh.decimation import decimated
 from mafsil.model.mesh.primitives import SIDES
@@ -25,6 +32,7 @@ from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 from mafsil.report.content import Carried, Scene
 from mafsil.report.shelves import shelves
 from mafsil.report.touched import doors, standing
+from mafsil.robot import Robot
 from mafsil.scene import Body, Drawing, Solid, compact
 from mafsil.scene.inline import patch
 
@@ -81,7 +89,7 @@ def replay_scene(run: Run) -> Scene:
     targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
     surroundings = run.plan.surroundings
     around = [] if surroundings is None else drawn(surroundings.obstacles, size, seen)
-    around += standing(run, size, tips[:, :3, 3])
+    around += standing(run.job, size, tips[:, :3, 3])
     around += shelves([place for part in parts for place in part.lying()], around, floor, size)
     return Scene(
         bodies=drawing.bodies(floor, poses[0]),
@@ -97,6 +105,78 @@ def replay_scene(run: Run) -> Scene:
         size=size,
         floor=floor,
     )
+
+
+def waiting_scene(job: Job, robot: Robot, folder: Path, text: str = "") -> Scene:
+    """What stands around the arm of a job before anything is planned: where it begins, targets, parts, obstacles.
+
+    A target is where its move says that it is, from the one before if it is relative; a part waits where the tip takes
+    it. The one frame is the start.
+
+    Args:
+        job: what is asked.
+        robot: of the job, with the tool with which it starts.
+        folder: to which paths of files are relative.
+        text: of the job, for the lines of errors.
+
+    Raises:
+        MafsilError: the start or the goals do not fit the robot, or a file cannot be read.
+    """
+    places = Places(text).of(job)
+    require_fit(job, robot, places)
+    q = _beginning(job, robot)
+    poses = np.asarray(robot.link_poses(q))
+    tip = here = np.asarray(robot.forward_kinematics(q))
+    targets: list[tuple[str, Floats]] = []
+    parts: list[Part] = []
+    for move in job.move:
+        if move.pose is not None:
+            here = goal_matrix(move.pose, here, degrees=job.angles == "degrees")
+            targets.append((move.name, here))
+        elif move.joints is not None and not robot.mechanism.loops:
+            here = np.asarray(robot.forward_kinematics(coordinates(job, robot, move.joints)))
+        if move.pick is not None and all(move.pick.name != each.body.name for each in parts):
+            solid = Solid("box", move.pick.size, colour=PART_COLOUR)
+            parts.append(Part(Body(move.pick.name, (solid,)), (here @ box_in_tip(move.pick))[None], 0, 0))
+    others = neighbours_of(job, folder, places)
+    neighbours = [(one, np.asarray(one.robot.link_poses(one.start))) for one in others]
+    goals = np.array([T[:3, 3] for _, T in targets]).reshape(-1, 3)
+    seen = np.concatenate([poses[:, :3, 3], tip[None, :3, 3], goals, *(each[:, :3, 3] for _, each in neighbours)])
+    drawing = Drawing(robot.mechanism)
+    centre, size, floor = drawing.extent(seen, poses)
+    floor = min([floor, *(_lowest(one) for one in parts)])
+    around = drawn(scene_of(job, folder).obstacles, size, seen) if job.obstacle else []
+    around += standing(job, size, np.concatenate([tip[None, :3, 3], goals]))
+    for one, placed in neighbours:
+        around += zip(Drawing(one.robot.mechanism).bodies(floor, placed), placed, strict=True)
+    return Scene(
+        bodies=drawing.bodies(floor, poses),
+        period=1.0,
+        times=np.zeros(1),
+        q=q[None],
+        tips=compact(tip[None]),
+        references=compact(tip[None]),
+        targets=tuple((name, compact(T)) for name, T in targets),
+        carried=tuple(Carried(one.body, compact(one.track), 0, 0) for one in parts),
+        fixed=tuple((body, compact(T)) for body, T in around),
+        centre=centre,
+        size=size,
+        floor=floor,
+    )
+
+
+def _beginning(job: Job, robot: Robot) -> JointVector:
+    """(n,) where a job begins, as far as that is known without a plan."""
+    if robot.mechanism.loops:
+        return resting_configuration(robot.mechanism)
+    if job.start.joints is not None:
+        return coordinates(job, robot, job.start.joints)
+    if job.start.pose is not None:
+        T = pose_matrix(job.start.pose, degrees=job.angles == "degrees")
+        found = inverse_kinematics(robot, T, q0=starting_place(robot), task=job.start.pose.task)
+        if len(found):
+            return np.asarray(found.q[0])
+    return starting_place(robot)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.geometry import rotation
-from mafsil.job import Run
+from mafsil.job import Job, Run
 from mafsil.job.contact_tables import Guide, Hole, Surface
 from mafsil.job.door_grips import grips
 from mafsil.scene import Body, Solid
@@ -26,17 +26,17 @@ PANEL_HEIGHT, PANEL_THICKNESS = 0.7, 0.03
 """Of a door, as shares of its width."""
 
 
-def standing(run: Run, size: float, tips: Floats) -> list[tuple[Body, PoseMatrix]]:
+def standing(job: Job, size: float, tips: Floats) -> list[tuple[Body, PoseMatrix]]:
     """Surfaces, guides and holes with their poses; of what is endless the part that the tip is beside.
 
     Args:
-        run: what happened.
+        job: what is asked.
         size: radius of the scene [m].
-        tips: (frames, 3) where the tip was [m].
+        tips: (frames, 3) where the tip was, or will be [m].
     """
-    found = [_surface(one, size, tips) for one in run.job.surface]
-    found += [_guide(one, size, tips) for one in run.job.guide]
-    return [*found, *(_hole(one, size, tips) for one in run.job.hole)]
+    found = [_surface(one, size, tips) for one in job.surface]
+    found += [_guide(one, size, tips) for one in job.guide]
+    return [*found, *(_hole(one, size, tips) for one in job.hole)]
 
 
 def _surface(one: Surface, size: float, tips: Floats) -> tuple[Body, PoseMatrix]:

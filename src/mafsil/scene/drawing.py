@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias, cast
 
 import numpy as np
@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.geometry import rotation
-from mafsil.model import Box, Capsule, Cylinder, Mechanism, Sphere
-from mafsil.model.appearance import Piece, corners, part_of, pieces, primitives
+from mafsil.messages.visible import visible
+from mafsil.model import Box, Capsule, Cylinder, JointKind, Mechanism, Sphere
+from mafsil.model.appearance import Piece, Pieces, corners, part_of, pieces, primitives
 from mafsil.model.mesh import Surface
-from mafsil.model.skeleton import reach, stand
+from mafsil.model.skeleton import THIN, reach, stand
 
 Colour: TypeAlias = tuple[float, float, float, float]
 MOST_COLOURS = 16
@@ -49,8 +50,25 @@ class Drawing:
         to_base = cast("Floats", np.linalg.inv(poses[0]))
         for piece in primitives(stand(self.mechanism, self.lowest(poses, base=True), floor)):
             solids[0] += tuple(_solids(replace(piece, T_lg=to_base @ piece.T_lg)))
-        names = self.mechanism.link_names
-        return tuple(Body(name, of_link) for name, of_link in zip(names, solids, strict=True))
+        named = enumerate(zip(self.mechanism.link_names, solids, strict=True))
+        return tuple(Body(name, of_link, self.rod(k)) for k, (name, of_link) in named)
+
+    def rod(self, k: int) -> Rod | None:
+        """The rod on which a link slides in the one before, where both are drawn of simple shapes; else None.
+
+        Args:
+            k: place of the link.
+        """
+        if k == 0 or self.mechanism.joints[k - 1].kind is not JointKind.PRISMATIC:
+            return None
+        joint, parent = self.mechanism.joints[k - 1], self.mechanism.parents[k - 1]
+        drawn = (*self.pieces[parent], *self.pieces[k])
+        if any(isinstance(piece.geometry, Surface) for piece in drawn):
+            return None
+        round_ones = [one.geometry.radius for one in drawn if isinstance(one.geometry, Capsule | Cylinder)]
+        begin = _on_axis(self.pieces[parent], joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis)
+        end = _on_axis(self.pieces[k], np.zeros(3), joint.axis)
+        return Rod(parent, begin, end, 0.7 * min(round_ones, default=THIN * reach(self.mechanism)))
 
     def lowest(self, poses: PoseMatrix, *, base: bool = False) -> float:
         """Height of the lowest point of the robot, or of the part of it that never moves [m]."""
@@ -94,6 +112,23 @@ def compact(T: Floats) -> Floats:
         (*batch, 7).
     """
     return np.concatenate([T[..., :3, 3], rotation.to_quaternion(T[..., :3, :3])], axis=-1)
+
+
+def _on_axis(pieces: Pieces, origin: Floats, axis: Floats) -> tuple[float, float, float]:
+    """The point of an axis that is nearest to its origin and inside one of some solids; the origin where none is."""
+    places = [np.inf]
+    for piece in pieces:
+        corner = corners(piece)
+        low, high = corner.min(axis=0), corner.max(axis=0)
+        middle, half = (low + high) / 2.0, float(np.abs(corner - (low + high) / 2.0).dot(np.abs(axis)).max())
+        along = float((middle - origin) @ axis)
+        aside = float(np.linalg.norm(middle - origin - along * axis))
+        thick = float(np.sort((high - low) / 2.0)[0])
+        if aside <= thick:
+            places.append(float(np.clip(0.0, along - max(half - thick, 0.0), along + max(half - thick, 0.0))))
+    nearest = min(places, key=abs)
+    x, y, z = (origin + (nearest if np.isfinite(nearest) else 0.0) * axis).tolist()
+    return x, y, z
 
 
 def _solids(piece: Piece) -> Iterator[Solid]:
@@ -148,11 +183,29 @@ class Solid:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Rod:
+    """A rod between a body and the one that it slides in, as long as it has come out.
+
+    Attributes:
+        parent: place of the other body in the list.
+        place: where the rod begins in the other [m].
+        end: where it ends in its own [m].
+        radius: of the rod [m].
+    """
+
+    parent: int
+    place: tuple[float, float, float]
+    end: tuple[float, float, float]
+    radius: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Body:
-    """Solids that move together."""
+    """Solids that move together, and the rod on which they slide."""
 
     name: str
     solids: tuple[Solid, ...]
+    rod: Rod | None = None
 
 
 def as_data(bodies: Iterable[Body]) -> dict[str, Any]:
@@ -166,10 +219,11 @@ def as_data(bodies: Iterable[Body]) -> dict[str, Any]:
         form = {"kind": solid.kind, "size": solid.size, "pose": solid.pose, "colour": solid.colour}
         return form if solid.surface is None else form | {"surface": places[id(solid.surface)]}
 
-    return {
-        "surfaces": [_surface(surface) for surface in surfaces],
-        "bodies": [{"shapes": [drawn(solid) for solid in body.solids]} for body in found],
-    }
+    def whole(body: Body) -> dict[str, Any]:
+        form: dict[str, Any] = {"name": visible(body.name), "shapes": [drawn(solid) for solid in body.solids]}
+        return form if body.rod is None else form | {"rod": asdict(body.rod)}
+
+    return {"surfaces": [_surface(surface) for surface in surfaces], "bodies": [whole(body) for body in found]}
 
 
 def packed(array: Floats) -> str:

@@ -64,7 +64,7 @@ export class FlatRenderer {
 }
 
 function outline({ mesh, model: m, colour, ghost = false }, camera, width, height) {
-  const points = mesh.corners.map(([x, y, z]) => camera.project([0, 1, 2].map((r) => m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r]), width, height));
+  const points = camera.projected(mesh.corners.map(([x, y, z]) => [0, 1, 2].map((r) => m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r])), width, height);
   return { points: hull(points), colour, ghost, depth: points.reduce((sum, point) => sum + point.depth, 0) / points.length };
 }
 

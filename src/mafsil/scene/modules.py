@@ -21,12 +21,15 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:const|let|class|function)\b)", r
 _DECLARED = re.compile(r"^(?:export )?(?:async )?(?:const|let|class|function\*?) (?:\{([^}]*)\}|(\w+))", re.M)
 _COMMENT = re.compile(r"^[ \t]*(?://[^\n]*|/\*\*(?:(?!\*/).)*\*/)\n", re.M | re.S)
 
+_REMARK = re.compile(r"(?<=[;,{}\])]) +//[^\n\"'`]*$|^[ \t]+", re.M)
+"""What follows a statement on its line, and what stands before one: neither does anything."""
+
 Source = str
 """A module's path inside the package, such as `scene/matrix.js`."""
 
 
 def one_script(*entries: Source) -> str:
-    """The entries and all that they import, each once, what is imported first; comments left out.
+    """The entries and all that they import, each once, what is imported first; comments and indents left out.
 
     Args:
         entries: paths inside the package.
@@ -82,7 +85,7 @@ def _declare(text: str) -> Iterable[str]:
 
 
 def _bare(path: Source) -> str:
-    text = _COMMENT.sub("", _EXPORT.sub("", _IMPORT.sub("", read(path)))).strip()
+    text = _REMARK.sub("", _COMMENT.sub("", _EXPORT.sub("", _IMPORT.sub("", read(path))))).strip()
     strange = re.search(r"^(?:import|export)\b.*", text, re.M)
     if strange:
         raise KernelError("kernels.refused", reason=f"{path}: {strange.group(0)}")

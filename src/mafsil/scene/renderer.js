@@ -51,7 +51,8 @@ uniform vec3 eye, sun;
 uniform float gloss;${SUNLIT_SHARE}
 void main() {
   vec3 normal = normalize(facing), toEye = normalize(eye - world), halfway = normalize(sun + toEye);
-  if (dot(normal, toEye) < 0.) normal = -normal;
+  float facesEye = dot(normal, toEye); // of a silhouette it is hardly below zero, of an inner side far
+  if (facesEye < 0.) normal = facesEye < -.3 ? -normal : normalize(normal - facesEye * toEye);
   float share = sunlitShare(shade, .0016);
   vec3 sky = mix(vec3(.36, .35, .36), vec3(.74, .77, .82), normal.z * .5 + .5);
   vec3 sunlight = vec3(1., .97, .92) * max(dot(normal, sun), 0.) * share;
@@ -107,8 +108,9 @@ void main() {}`;
 const UP = [0, 0, 1];
 const SUN = Vector.unit([0.45, -0.55, 1.0]);
 // How well is drawn: by a graphics processor, or by a machine without one.
-const FULL = { spread: 2, shadowMap: 2048, pixels: 2, share: 1 };
-const LIGHT = { spread: 0, shadowMap: 512, pixels: 1, share: 0.5 };
+const FULL = { spread: 2, shadowMap: 2048, ratio: (screen) => Math.min(screen, 2) };
+const LIGHT = { spread: 0, shadowMap: 512, ratio: () => 0.5 };
+const AT_REST = { spread: 1, shadowMap: 1024, ratio: (screen) => Math.max(1.5, Math.min(1.5 * screen, 2)) };
 const FIELD_OF_VIEW = 0.62; // radians
 const CONTEXT = { antialias: true, alpha: true, premultipliedAlpha: true, preserveDrawingBuffer: true };
 const FLOAT_BYTES = 4, INDEX_BYTES = 4;
@@ -126,14 +128,27 @@ export class Renderer {
     if (!gl) throw new Error("no WebGL 2");
     this.gl = gl;
     this.light = light;
-    this.quality = this.light ? LIGHT : FULL;
     this.canvas = canvas;
     this.shown = null; // size in CSS pixels, where somebody watches it; asking the browser makes it lay out the page
-    this.bodyProgram = this.compile(VERTEX_SHADER, BODY_SHADER);
-    this.ghostProgram = light ? this.compile(VERTEX_SHADER, GHOST_SHADER) : this.bodyProgram;
-    this.floorProgram = this.compile(VERTEX_SHADER, FLOOR_SHADER);
-    this.depthProgram = this.compile(VERTEX_SHADER, DEPTH_SHADER);
-    this.makeShadowMap();
+    this.made = new Map();
+    this.take(light ? LIGHT : FULL);
+  }
+
+  // Little effort while something moves, full effort at rest, on machines where that is not the same.
+  refine(still) {
+    if (this.light) this.take(still ? AT_REST : LIGHT);
+  }
+
+  // Draw as well as this from now on, with programs and a shadow map that are made once.
+  take(quality) {
+    this.quality = quality;
+    if (!this.made.has(quality)) this.made.set(quality, this.makePrograms());
+    Object.assign(this, this.made.get(quality));
+  }
+
+  makePrograms() {
+    const [bodyProgram, floorProgram, depthProgram] = [BODY_SHADER, FLOOR_SHADER, DEPTH_SHADER].map((text) => this.compile(VERTEX_SHADER, text));
+    return { bodyProgram, floorProgram, depthProgram, ghostProgram: this.light ? this.compile(VERTEX_SHADER, GHOST_SHADER) : bodyProgram, ...this.makeShadowMap() };
   }
 
   // A program and the locations of its uniforms, by name.
@@ -160,16 +175,16 @@ export class Renderer {
   // A depth texture that compares when it is read, and the framebuffer that draws into it.
   makeShadowMap() {
     const gl = this.gl;
-    this.shadowMap = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, this.shadowMap);
+    const shadowMap = gl.createTexture(), shadowTarget = gl.createFramebuffer();
+    gl.bindTexture(gl.TEXTURE_2D, shadowMap);
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, this.quality.shadowMap, this.quality.shadowMap);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
-    this.shadowTarget = gl.createFramebuffer();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadowTarget);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.shadowMap, 0);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, shadowTarget);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, shadowMap, 0);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return { shadowMap, shadowTarget };
   }
 
   // Triangles on the graphics processor. vertices: position and normal, six numbers each; indices: three a triangle.
@@ -223,10 +238,10 @@ export class Renderer {
     this.drawBodies(items, shared);
   }
 
-  // Give the canvas as many pixels as the screen shows, at most two a CSS pixel in each direction; half of that if light.
+  // Give the canvas as many pixels as the quality asks for.
   fitCanvas() {
     const canvas = this.canvas;
-    const ratio = Math.min(window.devicePixelRatio || 1, this.quality.pixels) * this.quality.share;
+    const ratio = this.quality.ratio(window.devicePixelRatio || 1);
     const shown = this.shown ?? { width: canvas.clientWidth, height: canvas.clientHeight };
     const width = Math.round(shown.width * ratio), height = Math.round(shown.height * ratio);
     if (canvas.width !== width) canvas.width = width;

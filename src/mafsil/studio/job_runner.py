@@ -9,9 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.errors import FileError, InputError, MafsilError
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Job, Refusal, Run, parse, solve
+from mafsil.job.equipment import equipped
+from mafsil.job.lines import Places
 from mafsil.messages import say
+from mafsil.messages.visible import visible
+from mafsil.report.page import around_data
+from mafsil.report.replay import waiting_scene
 from mafsil.report.results import require_replaceable, write_results
+from mafsil.robot import Robot
 from mafsil.studio.broadcast import Broadcast
 from mafsil.studio.sentences import in_all_languages
 from mafsil.whole_file import write_whole
@@ -35,6 +41,7 @@ class JobRunner:
         text: of the job.
         results: folder into which each run gets a folder of its own.
         finished: is called with every run and the path of its report; says the number under which it is kept.
+        robot: of the windows, around which a job's scene is drawn.
     """
 
     def __init__(
@@ -44,7 +51,9 @@ class JobRunner:
         text: str,
         results: Path,
         finished: Callable[[Run, Path], int],
+        robot: Robot,
     ) -> None:
+        self._robot = robot
         self._broadcast, self._path, self.results, self._finished = broadcast, path, results, finished
         self._source = "job.toml" if path is None else path.name
         self._thread: threading.Thread | None = None
@@ -172,7 +181,11 @@ class JobRunner:
     def _job(self, text: str, window: str) -> Mapping[str, Any]:
         job: dict[str, Any] = {"kind": "job", "text": text, "window": window, "file": self._path is not None}
         try:
-            parse(text, self._source, folder=self._folder)
+            asked = parse(text, self._source, folder=self._folder)
+            scene = waiting_scene(asked, equipped(asked, self._folder), self._folder, text)
+            if scene.q.shape[1] == self._robot.n:
+                job |= {"title": visible(asked.title), "start": scene.q[0].tolist(), "around": around_data(scene)}
+                job["lines"] = _lines_of_targets(asked, text)
         except MafsilError as error:
             job["wrong"] = complaint(error)
         return job
@@ -185,6 +198,12 @@ class JobRunner:
         with self._broadcast.lock:
             self.run = {"kind": "run", **details}
             self._broadcast.send(self.run)
+
+
+def _lines_of_targets(job: Job, text: str) -> list[int | None]:
+    """For each target the line on which its position stands; None of what is relative, or comes from another file."""
+    places, goals = Places(text).of(job), [(k, move.pose) for k, move in enumerate(job.move) if move.pose is not None]
+    return [None if goal.relative else places.line(("move", k, "pose", "position")) for k, goal in goals]
 
 
 def complaint(error: MafsilError) -> dict[str, Any]:

@@ -1,10 +1,37 @@
 // The page of a studio: linked to the server that it came from.
 
 import { carried, complain, opened } from "page/app.js";
+import { written } from "page/views/elements.js";
 import { ServerLink, serverTransport } from "page/core/link.js";
+
+/** The text with another position from a line on, counted from one; null where none stands in that table. */
+function placedIn(text, line, position) {
+  const begin = text.split("\n").slice(0, line - 1).join("\n").length, rest = text.slice(begin), found = /position\s*=\s*\[[^\]]*\]/.exec(rest);
+  const next = rest.slice(1).search(/^\s*\[\[/m);
+  if (!found || (next >= 0 && found.index > next + 1)) return null;
+  return text.slice(0, begin + found.index) + `position = [${position.join(", ")}]` + rest.slice(found.index + found[0].length);
+}
 
 const whole = carried();
 
 opened(whole, (store) => new ServerLink(store, whole.actions, serverTransport(), crypto.randomUUID().slice(0, 8)))
-  .then((app) => { window.mafsil = app; })
+  .then((app) => {
+    let seen = null;
+    /** The scene of the job as it is written now; the first one turns to the tab of the job. */
+    app.join({ update: () => {
+      const job = app.link.heard.get("job");
+      if (!job || job === seen) return;
+      if (!seen && job.file) app.turn("job");
+      seen = job;
+      if (job.around) app.player.surround(job.around);
+      if (job.title) written(document.querySelector("#name h1 bdi"), job.title);
+    } });
+    /** The text of the job follows a target that was placed; what is relative stays where it was. */
+    app.placed = (k, position) => {
+      const job = app.link.heard.get("job"), text = job.lines?.[k] ? placedIn(job.text, job.lines[k], position) : null;
+      if (text === null) app.player.surround(job.around);
+      else app.link.transport.send("job", { text, window: "" });
+    };
+    window.mafsil = app;
+  })
   .catch(complain);

@@ -17,6 +17,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from mafsil.errors import InputError
@@ -105,7 +106,10 @@ class Studio:
             _first_job(self.arm, str(robot) if isinstance(robot, str | Path) else self.arm.robot.name),
             None,
         )
-        self.jobs = JobRunner(self.broadcast, path, text, results, self._ran)
+        self.jobs = JobRunner(self.broadcast, path, text, results, self._ran, self.arm.robot)
+        if path is not None and "start" in self.jobs.job:
+            given = msgspec.Raw(msgspec.json.encode({"values": self.jobs.job["start"]}))
+            self.journal.change([Put("job-0", "set_joints", given)])
         self._heavy = threading.Lock()
         try:
             self.server = Server(port, self._look, self._deeds(), self.broadcast)

@@ -77,8 +77,8 @@ export function swung(state, { joint, value, branch }, arm) {
 /** Why one branch does not reach a pose that others reach. */
 function reasonOf(one, branches) {
   const count = branches.filter((branch) => branch.within).length;
-  if (!one.solves) return { key: "why_branch_none", values: { branch: one.row + 1, count } };
-  return { key: "why_branch_limits", values: { branch: one.row + 1, excess: short(one.excess), count } };
+  if (!one.solves) return { key: "why_branch_none", values: { branch: one.row, count } };
+  return { key: "why_branch_limits", values: { branch: one.row, excess: short(one.excess), count } };
 }
 
 const short = (x) => Number(x.toPrecision(4));

@@ -6,6 +6,8 @@ import { branchesAt, nearestRow, poseFrom, reasonAt, tipPose } from "../loops/re
 import { searched } from "../loops/search.js";
 
 const GRIP = 26; // pixels around the tip
+const SNAP = 0.005; // m: places of targets
+const HALVINGS = 14; // of the way to a place that is not reached
 const NUDGE = 0.01; // share of the scene's size that a key moves
 const micrometres = (x) => Math.round(x * 1e6) / 1e6;
 const fine = (x) => Math.round(x * 1e9) / 1e9;
@@ -23,6 +25,12 @@ export class ToolDrag {
     return { T, ...camera.project([T[3], T[7], T[11]], width, height) };
   }
 
+  /** The target under the pointer, where targets can be placed; -1 where there is none. */
+  targetAt({ clientX, clientY }) {
+    const { stage } = this, { app } = stage, box = stage.canvas.getBoundingClientRect();
+    return app.placed && app.player.scenery && !app.player.replay ? app.player.scenery.targetAt(clientX - box.left, clientY - box.top, stage, 0.6 * GRIP) : -1;
+  }
+
   /** Whether the pointer is at the tool. */
   near({ clientX, clientY }) {
     if (this.stage.app.store.arm.settings.driven) return false; // the tool of a robot with loops is not led
@@ -31,7 +39,12 @@ export class ToolDrag {
   }
 
   begin(event) {
-    if (!this.near(event)) return;
+    const target = this.near(event) ? -1 : this.targetAt(event);
+    if (target >= 0) {
+      const position = this.stage.app.player.scenery.tape.targets[target].pose.slice(0, 3), { camera, width, height } = this.stage;
+      this.going = { target, x: event.clientX, y: event.clientY, position, placed: position, depth: camera.project(position, width, height).depth };
+    }
+    if (target >= 0 || !this.near(event)) return;
     this.start(event.clientX, event.clientY);
   }
 
@@ -51,6 +64,13 @@ export class ToolDrag {
   move(event) {
     const { camera, height } = this.stage, { x, y, depth, position, quaternion } = this.going;
     const dx = event.clientX - x, dy = event.clientY - y;
+    if (this.going.target >= 0) {
+      const step = camera.reach(depth, height), raw = Vector.plus(Vector.plus(position, camera.right, dx * step), camera.up, -dy * step);
+      this.going.placed = raw.map((value) => micrometres(Math.round(value / SNAP) * SNAP));
+      this.stage.app.player.scenery.place(this.going.target, this.going.placed);
+      this.stage.app.draw();
+      return;
+    }
     if (event.ctrlKey) {
       this.lead(position, turned(turned(quaternion, camera.up, dx * 0.01), camera.right, dy * 0.01));
       return;
@@ -85,15 +105,43 @@ export class ToolDrag {
       store.do("reach", { ...given, branch: row }, { gesture: true });
       store.show({ wish: null, refusal: null });
     } else {
-      const count = branches.filter((branch) => branch.within).length;
+      const count = branches.filter((branch) => branch.within).length, nearest = row >= 0 && this.nearest(given, row);
+      if (nearest) store.do("reach", { ...given, position: nearest, branch: row }, { gesture: true });
       store.show({ wish: T, refusal: reasonAt(T, branches, arm) ?? { key: "why_other_branches", values: { count } } });
     }
   }
 
+  /**
+   * The farthest place that a branch reaches on the way to a wish from where the gesture began, or from where it has led:
+   * the nearer one to the wish. So the tool goes along the boundary while the pointer is beyond it.
+   *
+   * @param {{position: number[], quaternion: number[]}} wish @param {number} row
+   */
+  nearest({ position, quaternion }, row) {
+    const { store } = this.stage.app, { arm, base } = store, T = tipPose(store.state, arm);
+    const reached = (place) => branchesAt(base, poseFrom(place, quaternion), arm)[row].within;
+    const found = [this.going.position, [T[3], T[7], T[11]]].map((from) => from.map(micrometres)).filter(reached).map((from) => {
+      let low = 0, high = 1, best = from;
+      for (let k = 0; k < HALVINGS; k++) {
+        const middle = (low + high) / 2, place = from.map((x, i) => micrometres(x + middle * (position[i] - x)));
+        if (reached(place)) [low, best] = [middle, place];
+        else high = middle;
+      }
+      return best;
+    });
+    const away = (place) => Math.hypot(...Vector.minus(place, position));
+    return found.sort((a, b) => away(a) - away(b))[0] ?? null;
+  }
+
   end() {
     if (!this.going) return;
+    const { target, placed, position } = this.going;
     this.going = null;
-    this.stage.app.store.release();
+    if (target >= 0) {
+      if (placed !== position) this.stage.app.placed(target, placed);
+      return;
+    }
+    this.stage.app.store.release(); // the reason stays until the next action
     this.stage.app.store.show({ wish: null });
   }
 }

@@ -1,14 +1,19 @@
 // The picture: draws what the state says whenever it has changed, turns with the pointer and with keys.
 
 import { tipEllipsoids } from "../core/ellipsoids.js";
+import { Vector } from "../../scene/matrix.js";
 import { hereOf, lifted } from "../core/state.js";
 import { branchesAt, tipPose } from "../loops/reach.js";
 import { dhChain, dhFrames } from "../core/dh.js";
+import { written } from "../views/elements.js";
+import { Compass } from "./compass.js";
 import { ToolDrag } from "./drag.js";
+import { around } from "./figure.js";
 import { Viewport } from "./viewport.js";
 
 const FORCES = 0.25; // share of the scene that the largest force is drawn with
-const NARROW = 520; // pixels: names of ghosts would hide them
+const NEWTONS = 40; // a push that is drawn half as long as any may be
+const DOT = 27; // pixels between two numbers of ghosts
 const WORLD = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 
 export class Stage extends Viewport {
@@ -21,35 +26,78 @@ export class Stage extends Viewport {
     super(canvas, app.data.scene);
     Object.assign(this, { labels, app });
     this.drag = new ToolDrag(this);
+    this.compass = new Compass(document.getElementById("compass"), this, app.data.robot.gravity);
+    this.home();
     labels.addEventListener("click", (event) => {
       const row = event.target.dataset?.row;
       if (row !== undefined) app.store.do("choose", { branch: Number(row) });
     });
   }
 
+  /** The arm where it is, or all along its motion, and what else says that it is to be seen. */
+  outermost() {
+    const { store, joined } = this.app, along = joined.flatMap((one) => one.along?.() ?? []);
+    const places = along.length ? along : [store.state.q], { link_poses } = store.arm.kernels;
+    return [...places.flatMap((q) => around(this.figure.robot(link_poses(q)[0]))), ...joined.flatMap((one) => one.outermost?.() ?? [])];
+  }
+
+  /** The link under the pointer fills the picture, or everything where there is none. */
+  focus({ offsetX, offsetY }) {
+    const { camera, width, height, figure } = this, { state, arm } = this.app.store;
+    const items = figure.robot(arm.kernels.link_poses(state.q)[0]);
+    const links = Map.groupBy(items.keys(), (k) => figure.parts[k].link);
+    const seen = [...links.values()].map((of) => around(of.map((k) => items[k]))).map((points) => ({ points, places: camera.projected(points, width, height) }));
+    const within = (places, way, at) => Math.min(...places.map((one) => one[way])) < at && at < Math.max(...places.map((one) => one[way]));
+    const under = seen.filter(({ places }) => within(places, "x", offsetX) && within(places, "y", offsetY)).sort((a, b) => Math.min(...a.places.map((one) => one.depth)) - Math.min(...b.places.map((one) => one.depth)));
+    if (!under.length) this.frame();
+    else {
+      this.framed = false;
+      camera.frame(under[0].points, width / height);
+    }
+    this.changed();
+  }
+
   /** Everything to draw. */
   items() {
     const { store } = this.app, { shown, arm } = store, { figure } = this, { state } = store;
     const poses = arm.kernels.link_poses(state.q)[0].slice(), tip = arm.kernels.forward_kinematics(state.q)[0].slice();
-    const list = [...figure.robot(poses), ...figure.triad(tip), ...figure.triad(WORLD, { scale: 1.15 })];
+    const scale = (key) => (shown.lit === key ? 1.5 : 1), list = figure.robot(poses, shown);
+    if (!shown.hidden.has("tip")) list.push(...figure.triad(tip, { scale: scale("tip") }));
+    if (!shown.hidden.has("base")) list.push(...figure.triad(WORLD, { scale: 1.15 * scale("base") }));
     list.push(figure.dot([tip[3], tip[7], tip[11]], figure.size * 0.024, [...this.colours.accent.slice(0, 3), 0.7]));
     if (state.loop) list.push(...figure.ghost(arm.kernels.link_poses(state.goal)[0], this.colours.accent));
+    if (state.loop) list.push(...this.push(tip, state.push.slice(3)));
     if (shown.frames) for (let k = 0; k < poses.length; k += 16) list.push(...figure.triad(poses.subarray(k, k + 16), { scale: 0.7 }));
     if (shown.frame >= 0) list.push(...figure.triad(dhFrames(shown.table ?? this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
     if (shown.table) list.push(...figure.skeleton(dhChain(shown.table, state.q), this.colours.s2));
     if (shown.replay?.ghost) list.push(...figure.ghost(arm.kernels.link_poses(shown.replay.ghost)[0], this.colours.accent));
-    if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }));
+    if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }), ...this.away(tip, shown.wish));
     if (shown.ellipsoid || shown.forces) list.push(...this.ellipsoids(tip));
     return list.concat(this.app.joined.flatMap((one) => one.items?.(this) ?? []), this.ghosts());
+  }
+
+  /** The force that pushes the tip, as an arrow that ends there. @param {number[]} force  in the tip's frame [N] */
+  push(tip, force) {
+    const size = Math.hypot(...force), { figure } = this;
+    if (!size) return [];
+    const along = [0, 1, 2].map((r) => force.reduce((sum, f, k) => sum + tip[4 * r + k] * f, 0) / size), to = [tip[3], tip[7], tip[11]];
+    const from = Vector.plus(to, along, -figure.size * (0.1 + 0.4 * size / (size + NEWTONS)));
+    return figure.pointer(from, to, this.colours.bad);
+  }
+
+  /** A thin line from the tool to where it is wished. */
+  away(tip, wish) {
+    const [from, to] = [tip, wish].map((T) => [T[3], T[7], T[11]]);
+    return Math.hypot(...Vector.minus(to, from)) > 1e-4 ? [this.figure.rod(from, to, this.colours.bad, 0.0025 * this.figure.size)] : [];
   }
 
   /** The other branches of the pose that is wished for, or of the tip's own, each with its name. */
   ghosts() {
     const { store, words, data } = this.app, { state, shown, arm } = store;
     this.named = [];
-    if (!shown.ghosts || shown.replay || !arm.kernels.branches || state.loop) return [];
+    if (!(shown.ghosts || shown.peek >= 0) || shown.replay || !arm.kernels.branches || state.loop) return [];
     const T = shown.wish ?? tipPose(state, arm), here = hereOf(state);
-    return branchesAt(store.base, T, arm).filter((branch) => branch.within).flatMap((branch) => {
+    return branchesAt(store.base, T, arm).filter((branch) => branch.within && (shown.ghosts || branch.row === shown.peek)).flatMap((branch) => {
       const q = lifted(arm.settings, here, branch.q);
       if (!shown.wish && Math.hypot(...q.map((value, k) => value - here[k])) < 1e-6) return [];
       const poses = arm.kernels.link_poses(q)[0], colour = this.colours[`s${branch.row % 8}`], middle = Math.floor(poses.length / 32) * 16;
@@ -76,28 +124,24 @@ export class Stage extends Viewport {
   paint() {
     this.render(this.items());
     this.paintLabels();
+    this.compass.paint();
   }
 
-  /** Names of the ghosts over the picture; a click goes there. */
+  /** Numbers of the ghosts over the picture, each beside all others and the tool; a click goes there. */
   paintLabels() {
-    const { width, height } = this, grip = this.drag.place(), taken = [[grip.x, grip.y - 12], [grip.x, grip.y + 12]];
+    const { width, height } = this, grip = this.drag.place(), taken = [[grip.x, grip.y]];
     while (this.labels.children.length > this.named.length) this.labels.lastChild.remove();
     this.named.forEach(({ row, place, colour, text }, k) => {
       const label = this.labels.children[k] ?? this.labels.appendChild(document.createElement("button"));
-      const shown = width < NARROW ? String(row + 1) : text, half = width < NARROW ? 14 : Math.min(150, width / 2 - 4);
-      let { x, y } = this.camera.project(place, width, height);
-      x = Math.min(Math.max(x, half), width - half);
-      while (taken.some(([a, b]) => Math.abs(a - x) < half && Math.abs(b - y) < 24)) y += 25;
-      label.hidden = y > height - 14;
-      taken.push([x, y]);
+      const { x, y } = this.camera.project(place, width, height), [left, top] = freePlace(x, y, width, height, taken);
+      taken.push([left, top]);
       label.type = "button";
-      label.dir = "auto";
-      if (label.textContent !== shown) label.textContent = shown;
+      written(label, String(row));
       label.setAttribute("aria-label", text);
       label.title = text;
       label.dataset.row = row;
-      label.style.left = `${x}px`;
-      label.style.top = `${y}px`;
+      label.style.left = `${left}px`;
+      label.style.top = `${top}px`;
       label.style.borderColor = `rgb(${colour.slice(0, 3).map((part) => Math.round(255 * part)).join(" ")})`;
     });
   }
@@ -115,7 +159,7 @@ export class Stage extends Viewport {
   }
 
   hover(event) {
-    this.canvas.classList.toggle("grip", this.drag.near(event));
+    this.canvas.classList.toggle("grip", this.drag.near(event) || this.drag.targetAt(event) >= 0);
   }
 
   lead(event) {
@@ -130,5 +174,14 @@ export class Stage extends Viewport {
     this.drag.nudge(way, event.shiftKey);
     event.preventDefault();
     this.app.draw();
+  }
+}
+
+/** The nearest place to one in the picture where a dot covers none of the others. */
+function freePlace(x, y, width, height, taken) {
+  const inside = (at, size) => Math.min(Math.max(at, DOT / 2), size - DOT / 2);
+  for (let ring = 0; ; ring++) for (let k = 0; k < Math.max(1, 8 * ring); k++) {
+    const turn = (2 * Math.PI * k) / Math.max(1, 8 * ring), left = inside(x + ring * DOT * Math.cos(turn), width), top = inside(y + ring * DOT * Math.sin(turn), height);
+    if (ring > 20 || taken.every(([a, b]) => Math.abs(a - left) >= DOT || Math.abs(b - top) >= DOT)) return [left, top];
   }
 }

@@ -6,6 +6,8 @@ import { Renderer, drawsBySoftware } from "../../scene/renderer.js";
 import { Shapes } from "../../scene/shapes.js";
 import { Figure } from "./figure.js";
 
+const REST = 120; // ms after the last picture of something that moves
+
 export class Viewport {
   /**
    * @param {HTMLCanvasElement} canvas
@@ -17,18 +19,34 @@ export class Viewport {
     this.figure = new Figure(this.renderer, scene);
     this.camera = new Camera(scene);
     this.resized({ width: this.canvas.clientWidth, height: this.canvas.clientHeight });
-    this.camera.home(this.width < 600);
     this.listen();
     this.readColours();
+  }
+
+  /** Seen from the front side, whole. */
+  home() {
+    this.camera.look(-0.95, 0.36);
+    this.frame();
+  }
+
+  /** Everything that is to be seen fills the picture, until somebody leads the camera. */
+  frame() {
+    this.framed = true;
+    this.camera.frame(this.outermost(), this.width / Math.max(1, this.height));
+  }
+
+  /** Points around what is to be seen. @returns {number[][]} */
+  outermost() {
+    return [];
   }
 
   /** WebGL where there is a graphics processor, with little effort where there is none, else plain outlines. */
   makeRenderer() {
     try {
-      if (location.hash === "#flat") throw new Error("asked for");
+      if (new URLSearchParams(location.hash.slice(1)).has("flat")) throw new Error("asked for");
       const light = drawsBySoftware(this.canvas);
       if (light) this.freshCanvas();
-      if (light) Shapes.sides = 16;
+      if (light) Shapes.sides = 24;
       this.renderer = new Renderer(this.canvas, { light });
       this.kind = light ? "light" : "full";
     } catch {
@@ -55,11 +73,18 @@ export class Viewport {
   readColours() {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => [1, 3, 5].map((i) => parseInt(style.getPropertyValue(name).trim().slice(i, i + 2), 16) / 255).concat(1);
-    this.colours = Object.fromEntries(["accent", "floor", "grid", "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"].map((name) => [name, colour(`--${name}`)]));
+    this.colours = Object.fromEntries(["accent", "bad", "floor", "grid", "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"].map((name) => [name, colour(`--${name}`)]));
   }
 
-  /** Draw these. @param {object[]} items */
+  /** Draw these: at once, and finely when nothing has moved for a while. @param {object[]} items */
   render(items) {
+    clearTimeout(this.resting);
+    this.draw(items, false);
+    if (this.renderer.light) this.resting = setTimeout(() => this.draw(items, true), REST);
+  }
+
+  draw(items, still) {
+    this.renderer.refine?.(still);
     const { camera, figure, colours, scene } = this, pitch = Math.pow(10, Math.floor(Math.log10(scene.size * 0.35)));
     this.renderer.render(items, { camera, eye: camera.eye, target: camera.target, centre: scene.centre, size: scene.size, ground: figure.ground, pitch, floor: colours.floor, lines: colours.grid });
   }
@@ -76,6 +101,9 @@ export class Viewport {
   /** The pointer is over the picture. */
   hover() {}
 
+  /** The pointer was pressed twice: what is there comes near. */
+  focus() {}
+
   /** Whether the pointer leads something, instead of the camera. @returns {boolean} */
   lead() {
     return false;
@@ -83,7 +111,7 @@ export class Viewport {
 
   listen() {
     const { canvas, camera } = this, held = new Map();
-    const moved = (change) => { change(); this.changed(); };
+    const moved = (change) => { change(); this.framed = false; this.changed(); };
     let gap = 0;
     canvas.addEventListener("pointerdown", (event) => {
       held.set(event.pointerId, event);
@@ -113,8 +141,9 @@ export class Viewport {
     }, { passive: false });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("keydown", (event) => this.key(event));
-    new ResizeObserver(([entry]) => { this.resized(entry.contentRect); this.changed(); }).observe(canvas);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => moved(() => this.readColours()));
+    canvas.addEventListener("dblclick", (event) => this.focus(event));
+    new ResizeObserver(([entry]) => { this.resized(entry.contentRect); if (this.framed) this.frame(); this.changed(); }).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.readColours(); this.changed(); });
   }
 
   /** Arrows turn the view; what is no key of the picture is left alone. */
@@ -123,8 +152,9 @@ export class Viewport {
     if (turns[event.key]) this.camera.turn(...turns[event.key]);
     else if (event.key === "+" || event.key === "=") this.camera.zoom(0.88);
     else if (event.key === "-") this.camera.zoom(1.14);
-    else if (event.key === "Home") this.camera.home();
+    else if (event.key === "Home") this.home();
     else return;
+    this.framed = event.key === "Home";
     event.preventDefault();
     this.changed();
   }

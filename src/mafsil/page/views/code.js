@@ -7,6 +7,7 @@ import { element, sentence } from "./elements.js";
 
 view({
   name: "code",
+  tab: "code",
   order: 80,
   open: true,
   mount(place, app) {
@@ -46,7 +47,7 @@ view({
         note.replaceChildren(sentence(words, error.reason.key, error.reason.values));
       }
     };
-    place.append(element("p", { class: "soft" }, sentence(words, "code_about")), list, element("div", { class: "buttons" }, button("copy", copy), button("save", save), button("open", () => chooser.click()), button("undo", () => store.undo()), chooser), note);
+    place.append(element("p", { class: "soft" }, sentence(words, "code_about")), list, element("div", { class: "buttons" }, button("copy", copy), button("save", save), button("open", () => chooser.click()), chooser), note);
     const rows = element("span", {});
     list.append(script([], data.actions, data.robot.python, data.robot.imports).split("\nprint")[0].trimEnd(), rows);
     /** Actions whose lines stand there; a gesture that goes on puts another in the place of its last. */

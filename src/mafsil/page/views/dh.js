@@ -10,7 +10,9 @@ const tidy = (x) => Number(x.toFixed(6)); // for reading: what is not edited kee
 
 view({
   name: "dh",
+  tab: "model",
   order: 70,
+  open: true,
   wanted: (arm, data) => Boolean(data.dh),
   mount(place, { store, words, data }) {
     const head = element("tr", {}, element("th", {}, "i"));

@@ -51,10 +51,18 @@ export function symbol(letter, index = "", after = "") {
   return math;
 }
 
-/** A matrix in brackets, and a function that writes numbers into it. @returns {{math: Element, write: (rows: number[][]) => void}} */
-export function matrix(rows, columns, before = []) {
+/**
+ * A matrix in brackets, and a function that writes numbers into it.
+ *
+ * @param {number} rows @param {number} columns @param {Element[]} before
+ * @param {{rows: string[], columns: string[]} | null} names  of rows and columns, which stand beside the numbers
+ * @returns {{math: Element, write: (rows: number[][]) => void}}
+ */
+export function matrix(rows, columns, before = [], names = null) {
   const cells = Array.from({ length: rows }, () => Array.from({ length: columns }, () => mathematics("mn", "0")));
-  const table = mathematics("mtable", ...cells.map((row) => mathematics("mtr", ...row.map((cell) => mathematics("mtd", cell)))));
+  const line = (list) => mathematics("mtr", ...list.map((cell) => mathematics("mtd", cell))), text = (word) => mathematics("mtext", word);
+  const head = names ? [line(["", ...names.columns].map(text))] : [];
+  const table = mathematics("mtable", ...head, ...cells.map((row, k) => line(names ? [text(names.rows[k]), ...row] : row)));
   const math = mathematics("math", ...before, mathematics("mrow", mathematics("mo", "["), table, mathematics("mo", "]")));
   math.setAttribute("dir", "ltr");
   const write = (values) => values.forEach((row, i) => row.forEach((value, j) => written(cells[i][j], number(value))));

@@ -13,11 +13,12 @@ const MOST_FINGERS = 8, CONE = 0.42, FORCE = 0.55, FAR = 1.3; // lengths in the 
 
 view({
   name: "grasp",
+  tab: "analyse",
   order: 75,
   mount(place, app) {
     const { words } = app, grasp = (app.grasp ??= { body: "rectangle", fingers: [1, 4.2], mu: 0.3 });
     const corners = () => BODIES[grasp.body], changed = () => app.draw();
-    const picture = drawn("svg", { viewBox: "-1.6 -1.35 3.2 2.7", class: "grasp", role: "img", "aria-label": words.text("view_grasp") });
+    const picture = drawn("svg", { viewBox: "-1.6 -1.35 3.2 2.7", class: "grasp", role: "group", "aria-label": words.text("view_grasp") });
     const world = drawn("g", { transform: "scale(1 -1)" }), body = drawn("polygon", { class: "body" }), cones = drawn("g"), wrench = drawn("g", { class: "wrench" }), dots = drawn("g");
     world.append(body, cones, wrench, dots);
     picture.append(world);

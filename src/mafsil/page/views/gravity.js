@@ -12,7 +12,9 @@ function loopEfforts([tau, , missing, , needed, , doubt]) {
 
 view({
   name: "gravity",
+  tab: "analyse",
   order: 50,
+  open: true,
   wanted: ({ kernels }) => "gravity_torque" in kernels || "closed_efforts" in kernels,
   mount(place, { store, words, data }) {
     const { settings: { effort, motors: some, n }, kernels } = store.arm, motors = some ?? data.robot.joints.map((_, k) => k), rest = new Array(n).fill(0);

@@ -9,6 +9,7 @@ const MOST_TICKS = 34; // of a frame: a page that was away does not hurry after 
 view({
   name: "loop",
   order: 60,
+  open: true,
   wanted: ({ kernels }) => "closed_loop" in kernels,
   mount(place, app) {
     const { store, words, data } = app, unit = data.robot.joints.some((joint) => joint.prismatic) ? "rad | m" : "rad", time = isolated(""), away = isolated("");

@@ -4,7 +4,6 @@ import { carried, complain, opened } from "../../page/app.js";
 import { seek } from "../../page/core/tape.js";
 import { Words } from "../../page/core/words.js";
 import { Motion } from "./motion.js";
-import { Player } from "./player.js";
 import { Texts } from "./texts.js";
 
 const report = carried(), texts = new Texts(report.language);
@@ -18,7 +17,7 @@ speak(new Words(report.languages, report.language));
 opened(report).then((app) => {
   open = app;
   app.motion = motion;
-  app.player = new Player(app, (time) => motion.mark(time));
+  app.player.told = (time) => motion.mark(time);
   app.join({ spoken: () => { texts.show(app.words.chosen); speak(app.words); } });
   window.mafsil = app;
 }).catch(complain);

@@ -2,7 +2,7 @@
 
 import { element } from "../../page/views/elements.js";
 import { Plot, swatch } from "./plot.js";
-import { floats } from "./scenery.js";
+import { floats } from "../../page/stage/scenery.js";
 import { saveTable, tableText } from "./table.js";
 
 export class Motion {

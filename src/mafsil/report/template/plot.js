@@ -1,7 +1,7 @@
 // Line plots as SVG: shared time axis, hover values, limits of the chosen joint, curves as share of their limit.
 
 import { drawn, element } from "../../page/views/elements.js";
-import { floats } from "./scenery.js";
+import { floats } from "../../page/stage/scenery.js";
 
 const PAD = { left: 52, right: 10, top: 10, bottom: 26 };
 

@@ -7,7 +7,9 @@ const TYPING = 300; // ms after the last key before the text is sent
 
 view({
   name: "job",
+  tab: "job",
   order: 70,
+  open: true,
   mount(place, app) {
     const { link, words, store } = app, send = (path, body = {}) => link.transport.send(path, body);
     const text = element("textarea", { id: "job", dir: "ltr", rows: 16, spellcheck: "false", autocomplete: "off", "aria-label": words.text("view_job"), oninput: () => written() });
@@ -58,7 +60,7 @@ view({
       if (running) bar.value = now.share;
       outcome.replaceChildren(...result(now, words, text, (number) => {
         document.getElementById("view-recordings").open = true;
-        store.show({ chosen: [number, null] });
+        store.show({ chosen: [number, null], plays: true });
       }));
     }
     const update = () => {

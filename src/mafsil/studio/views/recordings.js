@@ -1,6 +1,6 @@
 // Recorded motions: one is replayed by the arm, a second beside it as a ghost, with how far they are apart.
 
-import { goOn, lengthOf, play, posed, seek } from "page/core/tape.js";
+import { posed } from "page/core/tape.js";
 import { view } from "page/core/views.js";
 import { drawn, element, number, sentence, symbol, written } from "page/views/elements.js";
 
@@ -8,18 +8,18 @@ const WIDTH = 360, HEIGHT = 110;
 
 view({
   name: "recordings",
+  tab: "job",
   order: 75,
+  open: true,
   mount(place, app) {
     const { link, words, store } = app, tapes = (link.tapes ??= new Map());
     const choices = [0, 1].map((k) => element("select", { id: `recording-${k}`, onchange: (event) => choose(k, Number(event.target.value) || null) }));
     const label = (key, field) => element("label", { class: "choice" }, sentence(words, key), field);
-    const button = element("button", { type: "button", class: "strong", id: "replay", onclick: () => play(store, !store.shown.replay?.playing) });
-    const slide = element("input", { type: "range", min: 0, max: 1, step: "any", value: 0, dir: "ltr", id: "replay-time", "aria-label": words.text("replay_time"), oninput: (event) => seek(store, Number(event.target.value)) });
     const close = element("button", { type: "button", class: "quiet", onclick: () => choose(0, null) }, sentence(words, "replay_close"));
-    const clock = element("bdi", { dir: "ltr" }), plot = new Curve(), said = element("div", { id: "comparison", role: "status" }), none = element("p", { class: "soft" }, sentence(words, "no_recordings"));
-    const body = element("div", {}, element("div", { class: "buttons" }, label("recording_first", choices[0]), label("recording_second", choices[1])), element("div", { class: "buttons" }, button, close, clock), slide, plot.element, said);
+    const plot = new Curve(), said = element("div", { id: "comparison", role: "status" }), none = element("p", { class: "soft" }, sentence(words, "no_recordings"));
+    const body = element("div", {}, element("div", { class: "buttons" }, label("recording_first", choices[0]), label("recording_second", choices[1])), element("div", { class: "buttons" }, close), plot.element, said);
     place.append(none, body);
-    let listed = null, painted = "", playing = null;
+    let listed = null, painted = "";
 
     /** Another recording for the arm (0) or the ghost (1). */
     function choose(k, number) {
@@ -40,7 +40,7 @@ view({
       if (first?.q) plot.draw(both?.distance ? both.t : first.t, both?.distance ?? first.tip_error);
       const shown = store.shown.replay ?? store.shown.left;
       if (shown && shown.first === first && shown.second === (second?.q ? second : null)) return;
-      store.show({ left: null, replay: first?.q ? posed({ first, second: second?.q ? second : null, time: 0, playing: false }) : null });
+      store.show({ left: null, replay: first?.q ? posed({ first, second: second?.q ? second : null, time: 0, playing: Boolean(store.shown.plays) }) : null, plays: false });
     }
     const update = () => {
       const list = link.heard.get("recordings")?.list ?? [], chosen = store.shown.chosen ?? [null, null], key = JSON.stringify([chosen, words.chosen]);
@@ -50,18 +50,13 @@ view({
       choices.forEach((field, k) => { field.value = chosen[k] ?? ""; });
       if (key !== painted) { painted = key; load(chosen); }
       const replay = store.shown.replay ?? store.shown.left;
-      for (const field of [button, slide, close, choices[1]]) field.disabled = !replay;
-      if (playing !== Boolean(replay?.playing)) button.replaceChildren(sentence(words, (playing = Boolean(replay?.playing)) ? "pause" : "play"));
+      for (const field of [close, choices[1]]) field.disabled = !replay;
       if (!replay) return;
-      slide.max = lengthOf(replay.first);
-      if (document.activeElement !== slide || replay.playing) slide.value = replay.time;
-      written(clock, `${number(replay.time, 2)} s`);
       plot.mark(replay.time);
     };
     update();
     return update;
   },
-  tick: ({ store }, now) => goOn(store, now),
 });
 
 /** The recordings that can be chosen; those of other robots cannot. */

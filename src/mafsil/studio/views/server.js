@@ -5,6 +5,7 @@ import { element, sentence } from "page/views/elements.js";
 
 view({
   name: "server",
+  tab: "code",
   order: 5,
   open: true,
   mount(place, { link, words, data }) {

@@ -2,8 +2,8 @@
 
 import { Matrix, Vector } from "../../scene/matrix.js";
 import { Shapes } from "../../scene/shapes.js";
-import { columns } from "../../page/stage/figure.js";
-import { bytes } from "../../page/core/kernels.js";
+import { bytes } from "../core/kernels.js";
+import { NO_MARKS, around, columns } from "./figure.js";
 
 const FEW_TARGETS = 12; // more are drawn as thin sticks, three meshes in all, however many there are
 const RODS = 80; // of the path where outlines are drawn, which cannot be hollow
@@ -22,12 +22,12 @@ export class Scenery {
    */
   constructor(figure, tape, flat = false) {
     const { size, renderer } = figure;
-    Object.assign(this, { figure, tape, flat, shown: true, tips: floats(tape.tips), reference: floats(tape.reference) });
+    Object.assign(this, { figure, tape, flat, shown: true, tips: floats(tape.tips ?? ""), reference: floats(tape.reference ?? "") });
     this.solids = figure.solids(tape.scenery);
     this.carried = tape.carried.map(({ poses, first, end }) => ({ poses: floats(poses), first, end }));
     this.fixed = tape.fixed.map((pose) => Matrix.pose(...pose));
-    this.points = Array.from({ length: tape.frames }, (_, k) => Array.from(this.tips.subarray(7 * k, 7 * k + 3)));
-    this.path = renderer.mesh(Shapes.tube(this.points, size * 0.0032));
+    this.points = Array.from({ length: tape.frames ?? 0 }, (_, k) => Array.from(this.tips.subarray(7 * k, 7 * k + 3)));
+    if (this.points.length) this.path = renderer.mesh(Shapes.tube(this.points, size * 0.0032));
     const places = tape.targets.map(({ pose }) => Matrix.pose(...pose));
     this.few = places.length <= FEW_TARGETS ? places : [];
     this.many = places.length <= FEW_TARGETS || flat ? [] : AXES_SEEN.map((colour, axis) => ({
@@ -50,20 +50,53 @@ export class Scenery {
    * @param {number} frame  of the run, fractional
    * @param {ArrayLike<number>} tip  where the tip is, row after row: what it carries goes with it
    * @param {number[]} colour  of the path
+   * @param {{hidden: Set<string>, lit: string | null}} marks
    */
-  items(frame, tip, colour) {
+  items(frame, tip, colour, marks = NO_MARKS) {
+    const list = this.figure.placed(this.solids, this.poses(frame, tip), marks, "thing");
+    this.few.forEach((place, k) => { if (!marks.hidden.has(`target ${k}`)) list.push(...this.figure.arrows(place, { scale: marks.lit === `target ${k}` ? 1.2 : 0.75, opacity: 0.62 })); });
+    if (!this.shown || !this.points.length) return list;
+    const aim = this.pose(this.reference, frame);
+    list.push(this.figure.dot(Array.from(aim.slice(12, 15)), this.figure.size * 0.0085, colour));
+    for (const axis of this.many) list.push({ ...axis, model: HERE });
+    return list.concat(this.flat ? this.rods(colour) : this.tube(frame, colour));
+  }
+
+  /** Where everything around is. */
+  poses(frame, tip) {
+    if (!this.points.length) return [...this.carried.map(({ poses }) => this.pose(poses, 0)), ...this.fixed];
     const before = this.pose(this.tips, frame), now = columns(tip);
     const parts = this.carried.map(({ poses, first, end }) => {
       const pose = this.pose(poses, frame);
       return first <= frame && frame < end - 1 ? along(now, before, pose) : pose;
     });
-    const list = this.figure.placed(this.solids, [...parts, ...this.fixed]);
-    if (!this.shown) return list;
-    const aim = this.pose(this.reference, frame);
-    list.push(this.figure.dot(Array.from(aim.slice(12, 15)), this.figure.size * 0.0085, colour));
-    for (const place of this.few) list.push(...this.figure.arrows(place, { scale: 0.75, opacity: 0.62 }));
-    for (const axis of this.many) list.push({ ...axis, model: HERE });
-    return list.concat(this.flat ? this.rods(colour) : this.tube(frame, colour));
+    return [...parts, ...this.fixed];
+  }
+
+  /** The target at a place of the picture, if one is as near as this [pixels]; -1 where none is. */
+  targetAt(x, y, { camera, width, height }, near) {
+    const away = camera.projected(this.tape.targets.map(({ pose }) => pose), width, height).map((one) => Math.hypot(one.x - x, one.y - y));
+    const k = away.indexOf(Math.min(...away));
+    return k >= 0 && away[k] < near ? k : -1;
+  }
+
+  /** A target somewhere else. */
+  place(k, position) {
+    const target = this.tape.targets[k];
+    target.pose = [...position, ...target.pose.slice(3)];
+    if (this.few[k]) this.few[k] = Matrix.pose(...target.pose);
+  }
+
+  /** Where a thing begins. @param {number} k */
+  placeOf(k) {
+    return k < this.carried.length ? Array.from(this.carried[k].poses.subarray(0, 3)) : Array.from(this.fixed[k - this.carried.length].slice(12, 15));
+  }
+
+  /** Points of the path, of targets and of what is about as large as the scene. */
+  outermost() {
+    const { size } = this.figure, things = this.figure.placed(this.solids, [...this.carried.map(({ poses }) => this.pose(poses, 0)), ...this.fixed]);
+    const near = things.map((one) => around([one])).filter((points) => points.length && points.every((point) => points.every((other) => Math.hypot(...Vector.minus(point, other)) < 1.2 * size)));
+    return [...near.flat(), ...this.points, ...this.tape.targets.map(({ pose }) => pose.slice(0, 3))];
   }
 
   /** The path of the tip: what lies behind in full colour, the rest faint. */

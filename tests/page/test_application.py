@@ -1,0 +1,171 @@
+"""One layout for robot, job and recording: bar, tree, view, inspector, timeline; its state in an address."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.job.reading import parse
+from mafsil.job.text import text_of
+from mafsil.page import show
+from mafsil.report.replay import waiting_scene
+from mafsil.studio.opening import robot_of_job, studio_of
+from tests.page.browser import Browser
+
+JOBS = Path("examples/jobs")
+WALL = JOBS / "around_a_wall_panda.toml"
+SETTLED = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+SHARES = (
+    "['#stage', '#tree', '#inspector'].map(name => document.querySelector(name).getBoundingClientRect())"
+    ".map(b => [b.left / innerWidth, b.right / innerWidth, b.height / innerHeight])"
+)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with Browser(tmp_path_factory.mktemp("application"), (1280, 800)) as found:
+        yield found
+        assert not found.errors
+
+
+@pytest.fixture(scope="module")
+def ur5e(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return show("ur5e", language="en").write(tmp_path_factory.mktemp("page") / "ur5e.html")
+
+
+@pytest.mark.parametrize("width", [1000, 1280, 1920])
+def test_the_view_takes_most_of_the_window(browser: Browser, ur5e: Path, width: int) -> None:
+    browser.resize(width, 800)
+    browser.load(ur5e)
+    for left_first in (True, False):
+        stage, tree, inspector = browser.ask(SHARES)
+        assert stage[1] - stage[0] >= 0.6 - 1e-9
+        assert stage[2] > 0.8
+        first, last = (tree, inspector) if left_first else (inspector, tree)
+        assert first[1] <= stage[0] + 1e-9 <= stage[1] <= last[0] + 1e-9
+        assert browser.ask("document.documentElement.scrollWidth <= innerWidth")
+        browser.click("#language")
+
+
+def test_tabs_hold_the_cards_and_the_tree_every_link(browser: Browser, ur5e: Path) -> None:
+    browser.resize(1280, 800)
+    browser.load(ur5e)
+    tabs = browser.ask("[...document.querySelectorAll('#tabs button')].map(e => e.dataset.tab)")
+    assert tabs == ["move", "analyse", "model", "code"]
+    for tab in tabs:
+        browser.click(f"#tabs [data-tab={tab}]")
+        seen = "[...document.querySelectorAll('#views > details')].filter(e => e.clientHeight).length"
+        assert browser.ask(seen) >= 1
+    names = browser.ask("[...document.querySelectorAll('#tree .name')].map(e => e.textContent)")
+    assert set(mf.load("ur5e").mechanism.link_names) <= set(names)
+    drawn = browser.ask("mafsil.stage.items().length")
+    browser.click("#tree ul:first-of-type li:nth-child(3) button")
+    browser.ask(SETTLED)
+    assert browser.ask("mafsil.stage.items().length") < drawn
+    assert browser.ask("document.querySelector('#tree li:nth-child(3) button').ariaPressed") == "false"
+
+
+def test_the_state_is_an_address(browser: Browser, ur5e: Path) -> None:
+    """Joints, view, tab, language and units of one window are those of another that opens its link."""
+    browser.resize(1280, 800)
+    browser.load(ur5e)
+    browser.ask("mafsil.store.do('set_joint', {joint: 1, value: -1.25}); mafsil.stage.camera.turn(50, 20);")
+    browser.ask("navigator.clipboard.writeText = async text => { window.copied = text; }")
+    for button in ("#angles", "#lengths", "#language", "#tabs [data-tab=model]", "#share"):
+        browser.click(button)
+    browser.ask(SETTLED)
+    ask = "[mafsil.store.state.q, mafsil.stage.camera.eye, mafsil.tab, mafsil.words.chosen, mafsil.store.shown.angle]"
+    before, address = browser.ask(ask), browser.ask("copied").split("#")[1]
+    browser.load(show("panda", language="en").write(ur5e.with_name("panda.html")))
+    browser.load(ur5e, f"#{address}")
+    after = browser.ask(ask)
+    for one, other in zip(before[:2], after[:2], strict=True):
+        assert np.allclose(one, other, atol=1e-5)
+    assert before[2:] == after[2:] == ["model", "ar", "deg"]
+    # A reload keeps what was done since.
+    browser.ask("mafsil.store.do('set_joint', {joint: 0, value: 0.5})")
+    browser.wait("history.state?.kept.startsWith('q=0.5')")
+    browser.reload()
+    assert browser.ask("mafsil.store.state.q")[0] == 0.5
+    # Another robot takes what it can of it.
+    browser.load(ur5e.with_name("panda.html"), f"#{address}")
+    assert browser.ask("[mafsil.store.journal.length, mafsil.tab]") == [0, "model"]
+
+
+def test_a_field_refuses_what_it_cannot_show(browser: Browser, ur5e: Path) -> None:
+    browser.resize(1280, 800)
+    browser.load(ur5e)
+    field = "document.querySelector('.joint input[type=number]')"
+    for bad in ("1e300", "-1e9", "7"):
+        browser.ask(f"(f => {{ f.focus(); f.value = '{bad}'; f.dispatchEvent(new Event('change')); }})({field})")
+        browser.wait("!document.getElementById('status').hidden")
+        assert browser.ask(f"{field}.ariaInvalid") == "true"
+        browser.ask(f"{field}.blur(); mafsil.draw()")
+        browser.ask(SETTLED)
+        assert float(browser.ask(f"{field}.value")) == 0.0
+    assert browser.ask("mafsil.store.journal.length") == 0
+    browser.click("#angles")
+    browser.ask(f"(f => {{ f.value = '90'; f.dispatchEvent(new Event('change')); }})({field})")
+    assert browser.ask("mafsil.store.state.q[0]") == pytest.approx(np.pi / 2)
+    browser.wait("document.getElementById('status').hidden")
+    browser.click("#undo")
+    assert browser.ask("mafsil.store.state.q[0]") == 0.0
+
+
+@pytest.mark.parametrize("path", sorted(JOBS.glob("*.toml")), ids=lambda path: path.stem)
+def test_every_example_opens_with_its_scene(path: Path) -> None:
+    job, robot = parse(text_of(path), path.name, folder=path.parent), robot_of_job(path)
+    scene = waiting_scene(job, robot, path.parent)
+    assert scene.q.shape == (1, robot.n)
+    assert len(scene.targets) == sum(move.pose is not None for move in job.move)
+    names = {body.name for body, _ in scene.fixed} | {one.body.name for one in scene.carried}
+    assert {one.name for one in (*job.obstacle, *job.surface)} <= names
+    assert {move.pick.name for move in job.move if move.pick is not None} <= names
+    if job.start.joints is not None and not robot.mechanism.loops:
+        unit = np.pi / 180 if job.angles == "degrees" else 1.0
+        assert np.allclose(scene.q[0], np.array(job.start.joints) * np.where(robot.mechanism.angular, unit, 1.0))
+
+
+def test_the_studio_opens_a_job_with_its_scene_which_follows_the_text(browser: Browser) -> None:
+    browser.resize(1280, 800)
+    with studio_of([str(WALL)], 0) as studio:
+        threading.Thread(target=studio.serve, daemon=True).start()
+        browser.load(studio.address)
+        browser.wait("mafsil.tab === 'job' && mafsil.store.journal.length === 1")
+        assert np.allclose(np.rad2deg(browser.ask("mafsil.store.state.q")), [45, -20, 0, -130, 0, 110, 45])
+        names = "[...document.querySelectorAll('#tree .name')].map(e => e.textContent)"
+        assert {"wall", "table", "part", "above the part"} <= set(browser.ask(names))
+        assert browser.ask("document.querySelector('h1').textContent") == "Around a wall"
+        wall = (
+            "mafsil.player.scenery.placeOf(mafsil.player.scenery.tape.scenery.bodies.findIndex(b => b.name === 'wall'))"
+        )
+        assert browser.ask(wall) == pytest.approx([0.6, 0.0, 0.225])
+        browser.wait("document.getElementById('job').value.includes('wall')")
+        change = (
+            "f.value = f.value.replace('[0.6, 0.0, 0.225]', '[0.5, 0.1, 0.225]'); f.dispatchEvent(new Event('input'));"
+        )
+        browser.ask(f"(f => {{ {change} }})(document.getElementById('job'))")
+        browser.wait(f"Math.abs({wall}[1] - 0.1) < 1e-6")
+        # A target is led by the pointer, and its line of the text follows.
+        browser.ask("mafsil.stage.home()")
+        browser.ask(SETTLED)
+        left, top, _, _ = browser.box("#scene")
+        goal = "mafsil.player.scenery.tape.targets[4].pose.slice(0, 3)"
+        before = browser.ask(goal)
+        found = browser.ask(f"mafsil.stage.camera.project({goal}, mafsil.stage.width, mafsil.stage.height)")
+        x, y = left + found["x"], top + found["y"]
+        browser.drag((x, y), (x - 20, y - 30))
+        browser.wait("!mafsil.link.heard.get('job').text.includes('position = [0.45, -0.30, 0.10]')")
+        after = browser.ask(goal)
+        assert 0.02 < np.linalg.norm(np.subtract(after, before)) < 0.4
+        text = studio.jobs.job["text"]
+        assert f"position = [{', '.join(f'{value:g}' for value in after)}]" in text
+        assert [move.pose.position for move in parse(text).move if move.name == "set down"] == [tuple(after)]
+        browser.wait(f"document.getElementById('job').value === {json.dumps(text)}")
+        studio.server.shutdown()
