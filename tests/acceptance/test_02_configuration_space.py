@@ -129,7 +129,7 @@ def test_motions_of_the_coin():
     case = CASES["C2-13-rolling-coin-motions"]
     one, two = case["input"]["case1"], case["input"]["case2"]
     start = [np.pi / 6 if word == "pi/6" else float(word) for word in one["q0"]]
-    end = mo.bodies.Coin(one["r"]).moved(start, one["phi_dot"], one["theta_dot"], one["T"])
+    end = mo.bodies.Coin(one["r"]).drive(start, one["phi_dot"], one["theta_dot"], one["T"])
     near(end, case["expected"]["case1"], case)
     quarter = np.pi / 2
     path = mo.bodies.Coin(two["r"]).manoeuvre(two["q0"], [(0, 1), (quarter, 0), (0, -1), (-quarter, 0)])
@@ -190,7 +190,7 @@ def test_torus():
     near(mo.torus.difference(a, b), case["expected"]["diff"], case)
     near(mo.torus.distance(a, b), case["expected"]["distance"], case)
     near(np.linalg.norm(np.subtract(a, b)), case["expected"]["naive_wrong"], case)
-    near(mo.torus.embedded(np.radians([50, 130]), 2.0, 0.7), case["expected"]["embedded"], case)
+    near(mo.torus.embed_in_space(np.radians([50, 130]), 2.0, 0.7), case["expected"]["embedded"], case)
 
 
 @pytest.mark.capability("02-60")
@@ -276,8 +276,8 @@ def test_cart_of_two_wheels():
     assert found.first_integrals == expected["number_of_first_integrals"]
     assert expected["first_integral"] == "phi - (r/b)(thetaR - thetaL)"
     assert cart.constraints.keeps(lambda v: v[2] - x["r"] / x["b"] * (v[3] - v[4]))
-    near(cart.constraints.projected(q, x["qdot"]), expected["projected_qdot"], case)
-    near(cart.moved(np.zeros(5), x["wheel_rates"], x["T"]), expected["final_q"], case)
+    near(cart.constraints.project_velocity(q, x["qdot"]), expected["projected_qdot"], case)
+    near(cart.drive(np.zeros(5), x["wheel_rates"], x["T"]), expected["final_q"], case)
     near(cart.first_integral([0.0, 0.0, 0.5, 0.7, 0.3]), 0.5 - x["r"] / x["b"] * 0.4, case)
 
 

@@ -201,7 +201,7 @@ def test_elimination_of_three_rps():
     found = pa.ThreeRPS(legs["base_radius"], legs["platform_radius"]).forward_kinematics(
         np.sqrt(1.25) + np.array(legs["q_a"])
     )
-    assert len(pa.platforms.trimmed(found.coefficients)) - 1 == case["degree"]
+    assert len(pa.platforms.trim_leading(found.coefficients)) - 1 == case["degree"]
     assert len(found.t) == case["n_solutions"]
     assert found.real == case["n_real"]
     t1 = found.t[: found.real, 0].real

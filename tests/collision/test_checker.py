@@ -235,7 +235,7 @@ def test_links_that_are_only_drawn_are_named(tmp_path):
 
 def test_a_robot_without_joints_is_refused_in_words(tmp_path):
     robot = arm(tmp_path)
-    still = Checker(robot.locked(dict.fromkeys(robot.joint_names, 0.1)), scene(7))
+    still = Checker(robot.with_locked_joints(dict.fromkeys(robot.joint_names, 0.1)), scene(7))
     for ask in (still.in_collision, still.distance, still.check):
         with pytest.raises(mf.MafsilError, match="no moving joint"):
             ask(np.zeros(0))

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mafsil as mf
-from mafsil.control import SpringDamper, TaskTarget, Wall, combined, force_control, hybrid_control, task_dynamics
+from mafsil.control import SpringDamper, TaskTarget, Wall, combine, force_control, hybrid_control, task_dynamics
 from mafsil.control.contact import (
     ContactMode,
     applied_wrench,
@@ -37,7 +37,7 @@ def test_force_control_against_a_spring():
 
     wrench, errors = np.array([0.0, 0.0, 0.0, 12.0, -7.0, 0.0]), {}
     for name, gains in (("open", {}), ("closed", {"sensor": sensed, "kp": 0.5, "ki": 10.0})):
-        law = combined(force_control(arm, wrench, damping=20.0, **gains), _Damping(arm, 5.0))
+        law = combine(force_control(arm, wrench, damping=20.0, **gains), _Damping(arm, 5.0))
         found = run(arm, law, q, 2.0, plant=plant, step=2.5e-4)
         assert found.status.name == "COMPLETED"
         errors[name] = np.abs(wrench - sensed(found.q[-1], found.qd[-1])).max()
@@ -138,7 +138,7 @@ def test_hybrid_control_slides_along_a_wall():
     """10 N into a stiff wall while the tip moves 0.1 m along it: force and position both as asked for."""
     wall = Wall(T[:3, 3], [0.0, 0.0, 1.0], stiffness=5e4, damping=400.0)
     plant = Plant(UR5E, friction=False, environment=wall)
-    law_of_time = time_law("quintic").unit().stretched(1.5)
+    law_of_time = time_law("quintic").unit().scale_time(1.5)
 
     def reference(t):
         s, rate, growth = (float(x[..., 0]) for x in law_of_time.at(t))

@@ -38,7 +38,7 @@ NAMED = {
     "environment": lambda: control.contact.tip_wrench_of(ARM, "wall", np.zeros(2), np.zeros(2)),
     "filter_time": lambda: control.encoder_loop(control.pid(2, 1.0), 0.01, filter_time="slow"),
     "q": lambda: MotionEstimator(50.0, 0.01, np.zeros(2)).update([np.nan, 0.0]),
-    "effort": lambda: control.saturated("all", np.ones(2)),
+    "effort": lambda: control.saturate("all", np.ones(2)),
     "torque": lambda: ViscousJoint.of([1.0, 2.0], 1.0).speed([1.0, 2.0, 3.0]),
     "theta": lambda: TWO.energy([1.0, 2.0, 3.0], 0.0),
     "link_inertia": lambda: Gear.of([1.0, 2.0]).payload_sensitivity([1.0, 2.0, 3.0], 1.0),

@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.derivation import derive_lagrange, to_html, to_latex, to_text
 from mafsil.derivation.document import Derivation
-from mafsil.derivation.formula_text import evaluate, parsed
+from mafsil.derivation.formula_text import evaluate, parse_formula
 from mafsil.errors import InputError
 
 ARM = (
@@ -101,7 +101,7 @@ def test_typed_formulas_keep_their_values():
     pieces = ["a", "-b**3", "sin(t - 2*u)", "cos(u)/4", "(a + b)**2", "3"]
     for one, two, operation in product(pieces, pieces, "+-*"):
         text = f"({one}) {operation} ({two})"
-        expected = float(np.real(evaluate(parsed(text), values)))
+        expected = float(np.real(evaluate(parse_formula(text), values)))
         assert polynomial_of(text).evaluate(values) == pytest.approx(expected, abs=1e-12)
 
 

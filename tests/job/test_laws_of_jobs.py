@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import combined, delayed, feedforward, inertia_gains, pid
+from mafsil.control import add_delay, combine, feedforward, inertia_gains, pid
 from mafsil.control.joints import EncoderLoop
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse, solve
@@ -103,7 +103,7 @@ def test_a_payload_of_the_simulation_hangs_at_the_tip_and_the_law_does_not_know_
 
 def test_a_delay_keeps_efforts_back():
     robot = mf.load("planar2r")
-    law = delayed(pid(2, [30.0, 20.0], [5.0, 3.0]), 0.003)
+    law = add_delay(pid(2, [30.0, 20.0], [5.0, 3.0]), 0.003)
     start = np.array([0.1, -0.2])
     late, now = (
         mf.simulate(Scenario(robot=robot, trajectory=rest(np.zeros(2), 0.2), law=each, q=start, qd=np.zeros(2)))
@@ -114,9 +114,9 @@ def test_a_delay_keeps_efforts_back():
     np.testing.assert_allclose(late.tau_commanded[:3], asked[[0, 0, 0]], atol=1e-9)
     assert np.abs(late.q - now.q).max() > 1e-6
     with pytest.raises(InputError, match="whole number"):
-        delayed(law.law, 0.0015).session(0.001)
+        add_delay(law.law, 0.0015).session(0.001)
     with pytest.raises(InputError, match="delay"):
-        delayed(law.law, -1.0)
+        add_delay(law.law, -1.0)
     in_job = run("pid", "delay = 0.004")
     assert in_job.recording
 
@@ -171,7 +171,7 @@ def test_feedforward_needs_feedback_and_helps_it_where_the_model_is_wrong():
     own = inertia_gains(robot, path.at(np.linspace(0, 0.6, 20)).u, 1e-3)
     joints, model = pid(6, own.kp, own.kd), feedforward(robot, friction=False)
     errors = []
-    for law in (model, joints, combined(model, joints)):
+    for law in (model, joints, combine(model, joints)):
         plant = Plant(arm, friction=False)
         run = mf.simulate(Scenario(robot=robot, plant=plant, trajectory=path, law=law, saturate=False))
         assert run

@@ -62,10 +62,10 @@ def test_coordinates_that_wrap_and_that_do_not():
     np.testing.assert_allclose(space.difference([0.1, 0.0], [6.2, 0.2]), [6.1 - 2 * np.pi, 0.2])
     assert space.distance([0.0, 0.0], [2 * np.pi, 0.1]) == pytest.approx(0.1)
     assert space.inside([[100.0, 0.1], [0.0, 0.3]]).tolist() == [True, False]
-    samples = space.sampled(1000)
+    samples = space.sample(1000)
     assert space.inside(samples).all()
     assert np.ptp(samples, axis=0) == pytest.approx([2 * np.pi, 0.2], rel=0.02)
-    assert space.charted([-0.1, 0.1]) == pytest.approx([2 * np.pi - 0.1, 0.1])
+    assert space.wrap_angles([-0.1, 0.1]) == pytest.approx([2 * np.pi - 0.1, 0.1])
 
 
 @pytest.mark.capability("02-57")
@@ -74,10 +74,12 @@ def test_coordinates_that_wrap_and_that_do_not():
 def test_the_torus_wraps_around(a, b):
     step = torus.difference(a, b)
     assert (np.abs(step) <= np.pi).all()
-    np.testing.assert_allclose(torus.embedded(np.add(a, step)), torus.embedded(b), atol=1e-12)
+    np.testing.assert_allclose(torus.embed_in_space(np.add(a, step)), torus.embed_in_space(b), atol=1e-12)
     assert torus.distance(a, b) == pytest.approx(torus.distance(b, a), abs=1e-9)
-    np.testing.assert_allclose(torus.embedded(torus.angles_of(torus.embedded(a))), torus.embedded(a), atol=1e-12)
-    np.testing.assert_allclose(torus.embedded(torus.between(a, b, 1.0)), torus.embedded(b), atol=1e-11)
+    np.testing.assert_allclose(
+        torus.embed_in_space(torus.angles_of(torus.embed_in_space(a))), torus.embed_in_space(a), atol=1e-12
+    )
+    np.testing.assert_allclose(torus.embed_in_space(torus.between(a, b, 1.0)), torus.embed_in_space(b), atol=1e-11)
     assert (torus.chart(a) >= 0).all()
     assert (torus.chart(a) < 2 * np.pi).all()
 
@@ -240,7 +242,7 @@ def test_ways_of_assembly():
 def test_the_coin_rolls_without_slip(q, phi_dot, theta_dot, r):
     coin, h = mo.bodies.Coin(r), 1e-6
     start = np.array(q)
-    rate = (coin.moved(start, phi_dot, theta_dot, h) - coin.moved(start, phi_dot, theta_dot, -h)) / (2 * h)
+    rate = (coin.drive(start, phi_dot, theta_dot, h) - coin.drive(start, phi_dot, theta_dot, -h)) / (2 * h)
     np.testing.assert_allclose(coin.constraints.residual(start, rate), 0, atol=1e-8)
     T = coin.pose(start)
     np.testing.assert_allclose(T[:3, :3].T @ T[:3, :3], np.eye(3), atol=1e-12)
@@ -249,8 +251,8 @@ def test_the_coin_rolls_without_slip(q, phi_dot, theta_dot, r):
     np.testing.assert_allclose(move @ contact, 0, atol=1e-7)
     flat = coin.rim_point(np.array([q[0], q[1], q[2], 0.0]))
     np.testing.assert_allclose(flat, [q[0], q[1], 0], atol=1e-12)
-    whole = coin.moved(start, phi_dot, theta_dot, 1.0)
-    halves = coin.moved(coin.moved(start, phi_dot, theta_dot, 0.4), phi_dot, theta_dot, 0.6)
+    whole = coin.drive(start, phi_dot, theta_dot, 1.0)
+    halves = coin.drive(coin.drive(start, phi_dot, theta_dot, 0.4), phi_dot, theta_dot, 0.6)
     np.testing.assert_allclose(whole, halves, atol=1e-12)
 
 
@@ -258,15 +260,15 @@ def test_the_coin_rolls_without_slip(q, phi_dot, theta_dot, r):
 def test_car_and_unicycle():
     car = mo.bodies.Car(2.0)
     assert car.constraints.integrability.growth == (2, 3, 4)
-    path = car.driven([0, 0, 0.3, 0.4], lambda t: (1.0, 0.0), 3.0)
-    unicycle = mo.bodies.Unicycle().moved([0, 0, 0.3], 1.0, np.tan(0.4) / 2.0, 3.0)
+    path = car.drive([0, 0, 0.3, 0.4], lambda t: (1.0, 0.0), 3.0)
+    unicycle = mo.bodies.Unicycle().drive([0, 0, 0.3], 1.0, np.tan(0.4) / 2.0, 3.0)
     np.testing.assert_allclose(path[-1, :3], unicycle, atol=1e-10)
     rng = np.random.default_rng(0)
     for q in rng.uniform(-1, 1, (10, 4)):
         rate = car.rates(q, np.array(0.7), np.array(0.2))
         np.testing.assert_allclose(car.constraints.residual(q, rate), 0, atol=1e-14)
     with pytest.raises(mf.InputError, match="right angle"):
-        car.driven([0, 0, 0, 2.0], lambda t: (1.0, 0.0), 1.0)
+        car.drive([0, 0, 0, 2.0], lambda t: (1.0, 0.0), 1.0)
 
 
 @pytest.mark.capability("02-63", "02-62")
@@ -329,7 +331,7 @@ def test_curves_of_other_mechanisms():
     assert len(mo.configuration_curves(library.bennett(), starts=32)) == 1
     crossing = mo.configuration_curves(library.parallelogram(), starts=32)
     assert [len(curve.branch_points) for curve in crossing] == [2, 2]
-    assert not mo.configuration_curves(mo.linkages.locked(library.four_bar(), ["A"]), starts=8)
+    assert not mo.configuration_curves(mo.linkages.lock_joints(library.four_bar(), ["A"]), starts=8)
 
 
 @pytest.mark.capability("02-53")
@@ -358,7 +360,7 @@ def test_coordinates_of_balls_are_orientations():
     space = mo.linkages.JointCoordinates.of(chain)
     assert space.wraps.tolist() == [False, *[True] * 6]
     assert space.balls == (4,)
-    first, last = space.sampled(20), space.sampled(20, seed=1)
+    first, last = space.sample(20), space.sample(20, seed=1)
     ball = mo.Linkage.of([chain.joints[2]], ground="b")
     R_a, R_b = (mo.linkages.body_poses(ball, q[:, 4:])[:, -1, :3, :3] for q in (first, last))
     apart = Rotation.from_matrix(np.swapaxes(R_a, 1, 2) @ R_b).as_rotvec()

@@ -76,9 +76,9 @@ def test_five_bar_with_every_pair_locked():
     assert {pair for pair, left in overlapped.items() if left} == {("O", "D"), ("O", "M"), ("M", "D")}
     assert set(mo.mobility_with_locked_joints(five_bar((0.3, 1), (1.7, 1.1)), 2).values()) == {0}
     for pair, left in overlapped.items():
-        linkage = mo.linkages.locked(five_bar((1, 1), (1, 1)), pair)
+        linkage = mo.linkages.lock_joints(five_bar((1, 1), (1, 1)), pair)
         assert mo.instantaneous(linkage).mobility == left == mo.locked_mobility(five_bar((1, 1), (1, 1)), pair)
-    assert mo.gruebler(mo.linkages.locked(five_bar((1, 1), (1, 1)), ("O", "D"))).mobility == 0
+    assert mo.gruebler(mo.linkages.lock_joints(five_bar((1, 1), (1, 1)), ("O", "D"))).mobility == 0
 
 
 def test_wrong_choice_of_motors_is_said():
@@ -251,7 +251,7 @@ def test_gaping_loops_are_refused_and_closed_on_request():
     assert found
     assert found.theta[0] == 0.5
     assert mf.mobility(linkage, found.theta).mobility == 1
-    lost = mo.linkages.closed_near(mo.linkages.locked(linkage, ["B"]), [0.5, 0, 0], fixed=["A"])
+    lost = mo.linkages.closed_near(mo.linkages.lock_joints(linkage, ["B"]), [0.5, 0, 0], fixed=["A"])
     assert not lost
     assert "were found" in lost.explain("en")
 

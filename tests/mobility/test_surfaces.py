@@ -13,7 +13,7 @@ from mafsil.mobility import Linkage, joint, library, trace_surface
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.charts import cut, farthest, open_cell, owners
 from mafsil.mobility.surface import SurfaceStatus
-from mafsil.mobility.surface_mesh import edges, is_closed, is_orientable, trimmed
+from mafsil.mobility.surface_mesh import edges, is_closed, is_orientable, trim_openings
 
 
 def polygon(lengths):
@@ -22,7 +22,7 @@ def polygon(lengths):
     names = ["ground", *(f"link {k}" for k in range(1, n)), "ground"]
     joints = [joint(f"J{k}", "R", names[k : k + 2], [x[k], 0]) for k in range(n - 1)]
     joints.append(joint(f"J{n - 1}", "R", names[n - 1 :], [x[-1], 0], child_at=[lengths[0], 0]))
-    return mo.assembled(Linkage.of(joints, planar=True))
+    return mo.close_drawing(Linkage.of(joints, planar=True))
 
 
 def beside(first, second):
@@ -260,7 +260,7 @@ def test_links_on_one_line_pinch_the_surface(lengths, places):
 
 @pytest.mark.capability("02-60")
 def test_planar_platform_with_one_motor_locked():
-    linkage = mo.linkages.locked(library.three_rrr(), ["A0"])
+    linkage = mo.linkages.lock_joints(library.three_rrr(), ["A0"])
     coarse, fine = trace_surface(linkage), trace_surface(linkage, step=0.2)
     assert coarse.status is fine.status is SurfaceStatus.CLOSED
     assert coarse.euler_characteristic == fine.euler_characteristic
@@ -274,7 +274,10 @@ def test_what_does_not_end_is_open():
     assert surface.status is SurfaceStatus.OPEN
     assert surface.euler_characteristic is None is surface.genus
     assert trace_surface(library.five_bar(), points=100).status is SurfaceStatus.OPEN
-    assert mo.configuration_surfaces(mo.linkages.locked(library.five_bar(), ["O"]), starts=8).status.name == "NOT_FOUND"
+    assert (
+        mo.configuration_surfaces(mo.linkages.lock_joints(library.five_bar(), ["O"]), starts=8).status.name
+        == "NOT_FOUND"
+    )
 
 
 def test_refusals_say_what_helps():
@@ -319,9 +322,9 @@ def test_triangles_of_known_surfaces():
     assert not is_closed(np.concatenate([TORUS, PROJECTIVE + 7]), 13)
     pinched = np.concatenate([PROJECTIVE, np.sort(np.where(PROJECTIVE > 0, PROJECTIVE + 5, 0), axis=1)])
     assert not is_closed(pinched, 11)
-    left, rim, openings = trimmed(TORUS, {0})
+    left, rim, openings = trim_openings(TORUS, {0})
     assert (len(left), len(rim), openings) == (8, 6, 1)
-    assert trimmed(pinched, {0})[2] == 2
+    assert trim_openings(pinched, {0})[2] == 2
 
 
 def test_cells_are_cut_and_keep_their_owners():

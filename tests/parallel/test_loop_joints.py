@@ -56,7 +56,7 @@ def test_found_configurations_close_the_joint_and_nothing_else(kind, seed):
     rng = np.random.default_rng(seed)
     mechanism, q = random_chain(rng, kind)
     chain, (loop,) = parallel.ClosedChain(mechanism), mechanism.loops
-    found = chain.closed(q + rng.uniform(-0.1, 0.1, (20, chain.n)))
+    found = chain.close_loops(q + rng.uniform(-0.1, 0.1, (20, chain.n)))
     assert found
     frames = [chain.robot.forward_kinematics(found.q, frame=name) for name in (loop.parent, loop.child)]
     T_pc = pose.inverse(frames[0] @ loop.T_pj) @ frames[1]
@@ -159,7 +159,7 @@ def test_a_mechanism_is_judged_where_it_is_whatever_the_angle_of_the_joint_that_
 
 def test_limits_of_a_joint_that_closes_a_loop_count_from_where_it_stands():
     bars = four_bar()
-    q = parallel.ClosedChain(bars).closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = parallel.ClosedChain(bars).close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     limited = replace(bars, loops=(replace(bars.loops[0], limits=Limits(-3.0, 3.0)),))
     (pin,) = (each for each in linkage_of(limited, q).joints if each.name == "C")
     at = q[2] - q[0] - q[1]  # angle of the rocker against the coupler
@@ -194,7 +194,7 @@ def test_a_planar_four_bar_with_a_ball_asks_the_same_once():
     bars = four_bar()
     ball = replace(bars, loops=(replace(bars.loops[0], kind=JointKind.SPHERICAL),))
     hinge, free = parallel.ClosedChain(bars), parallel.ClosedChain(ball)
-    q = hinge.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = hinge.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     first, second = (chain.forward_dynamics(q, np.zeros(3), [1.0]) for chain in (hinge, free))
     assert (second.rank, second.redundant) == (2, 1)
     np.testing.assert_allclose(first.qdd, second.qdd, rtol=1e-12)

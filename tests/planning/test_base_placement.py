@@ -81,7 +81,7 @@ def test_the_base_stands_in_nothing(tmp_path):
         T = base_poses(base)
         gaps = [mf.collision.distance(Obstacle(column[0], T @ column[1]), each).distance for each in TABLE]
         if not verdict:
-            assert min(gaps) <= 0.0 or not movable.free(movable.joined(base, np.zeros(6)))
+            assert min(gaps) <= 0.0 or not movable.free(movable.join(base, np.zeros(6)))
         else:
             assert min(gaps) > 0.0
     with pytest.raises(InputError, match="no obstacle 'desk'"):
@@ -98,7 +98,7 @@ def test_a_movable_arm_is_the_arm_mounted_there(tmp_path):
         base = np.array([*rng.uniform(-0.4, 0.4, 3), rng.uniform(-3, 3)])
         there = MultiArmCell([ArmMount("arm", robot, base_poses(base))], around)
         q = rng.uniform(-2.5, 2.5, (50, 6))
-        full = movable.joined(base, q)
+        full = movable.join(base, q)
         assert (movable.free(full) == there.free(q)).all()
         np.testing.assert_allclose(movable.distance(full).distance, there.distance(q).distance, atol=1e-9)
 

@@ -86,7 +86,7 @@ def test_planners_of_arms_and_ones_own():
         for made in range(1, budget.nodes):
             if not budget.left(made):
                 break
-            corner = problem.sampled(budget.rng, 1)[0]
+            corner = problem.sample(budget.rng, 1)[0]
             path = np.stack([start, corner, goals[0]])
             if problem.is_free_path(path):
                 return path, made

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import Gains, combined, computed_torque
+from mafsil.control import Gains, combine, computed_torque
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Scenario, learn, learning_factor
 from mafsil.simulation.iterative_learning import LearningStatus, low_passed
@@ -33,7 +33,7 @@ def test_a_payload_and_friction_that_the_model_does_not_know_are_learned():
     assert total[-1] < 0.02 * total[0]
     # What was learned does the same in a run of its own.
     alone = mf.simulate(Scenario(**{name: getattr(given, name) for name in (
-        "robot", "plant", "trajectory", "saturate")}, law=combined(given.law, found.law)))  # fmt: skip
+        "robot", "plant", "trajectory", "saturate")}, law=combine(given.law, found.law)))  # fmt: skip
     rms = np.sqrt(np.mean((alone.q_ref - alone.q) ** 2, axis=0))
     assert np.linalg.norm(rms) < 1.2 * total[-1]
     assert f"{total[0]:.3g}" in found.explain("en")

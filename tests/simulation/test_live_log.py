@@ -99,7 +99,7 @@ def test_a_log_holds_the_recording_and_leaves_the_run_as_it_is(kind, tmp_path, e
 
 def test_loops_are_logged_too(tmp_path, eager):
     chain = ClosedChain(four_bar())
-    start = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    start = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     law = closed_gravity_compensation(chain, 50.0, 10.0)
     scenario = Scenario(robot=mf.Robot(four_bar()), trajectory=rest(start, 0.02), law=law)
     logged = simulate(scenario, log=tmp_path / "run.mcap")

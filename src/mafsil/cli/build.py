@@ -84,7 +84,7 @@ def families() -> dict[str, Questions]:
     def closed_chain() -> object:
         chain = mf.parallel.ClosedChain(mf.mobility.mechanism_of(linkage()))
         still = np.zeros(chain.n)
-        return chain.forward_dynamics(chain.closed(still).q, still, still)
+        return chain.forward_dynamics(chain.close_loops(still).q, still, still)
 
     def cables() -> object:
         ends = np.array(corners)

@@ -144,7 +144,7 @@ def _suggest_fixes(
         return Answer(data, tuple(lines) if found else tuple(lines[1:]), None if found else lines[0])
     if out is None:
         raise InputError("cli.trajectory_out_missing", option="--remedy")
-    written = export(found.mended(remedy), out, arm, rate=rate)
+    written = export(found.apply_fix(remedy), out, arm, rate=rate)
     return _written(data, lines, written)
 
 

@@ -93,7 +93,7 @@ def mesh_vertices(shape: Mesh) -> Floats:
     """
     if shape.path is None:
         raise InputError("collision.no_mesh", reference=shape.reference)
-    surface = mesh.read(shape.path).scaled(shape.scale)
+    surface = mesh.read(shape.path).scale(shape.scale)
     return surface.vertices[np.unique(surface.faces)]
 
 

@@ -99,7 +99,7 @@ def kept_by_pairs(
     return kept
 
 
-def listed(skipped: Iterable[SkippedPair], language: str | None = None) -> list[str]:
+def explain_skipped(skipped: Iterable[SkippedPair], language: str | None = None) -> list[str]:
     """What is not checked of an arm, and why: a sentence a reason.
 
     Args:

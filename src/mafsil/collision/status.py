@@ -99,11 +99,11 @@ class CollisionCheck(SingleAnswer):
         """Plain data."""
         return {
             "status": self.status.name.lower(), "q": self.q.tolist(), "clearance": self.clearance,
-            "contacts": [each.to_dict() for each in self.contacts], "unchecked": named(self.unchecked),
+            "contacts": [each.to_dict() for each in self.contacts], "unchecked": unchecked_as_data(self.unchecked),
         }  # fmt: skip
 
 
-def named(unchecked: tuple[str, ...]) -> list[str]:
+def unchecked_as_data(unchecked: tuple[str, ...]) -> list[str]:
     """What was not looked at, as plain data: itself, around."""
     return [key.rpartition("_")[2] for key in unchecked]
 

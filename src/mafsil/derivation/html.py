@@ -6,7 +6,7 @@ from html import escape
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
 from mafsil.derivation.expression import Expression
-from mafsil.derivation.factored import Part, factored
+from mafsil.derivation.factored import Part, factor_out
 from mafsil.derivation.grouping import powers
 from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, signed_angles, with_letters
 from mafsil.derivation.matrices import Entries
@@ -61,7 +61,7 @@ def _letter(text: str) -> str:
 
 def formula(polynomial: Polynomial) -> str:
     """MathML of a formula, without the enclosing element."""
-    return _sum(factored(polynomial))
+    return _sum(factor_out(polynomial))
 
 
 def _step(step: Step, code: str) -> str:

@@ -6,7 +6,7 @@ import unicodedata
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
 from mafsil.derivation.expression import Expression
-from mafsil.derivation.factored import Part, factored
+from mafsil.derivation.factored import Part, factor_out
 from mafsil.derivation.grouping import powers
 from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, signed_angles, with_letters
 from mafsil.derivation.matrices import Entries
@@ -68,7 +68,7 @@ def to_latex(derivation: Derivation, language: str | None = None) -> str:
 
 def formula(polynomial: Polynomial) -> str:
     """One formula, common factors in front of brackets."""
-    return _sum(factored(polynomial))
+    return _sum(factor_out(polynomial))
 
 
 def sentence(text: str, code: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mafsil.derivation.arm import SymbolicArm
 from mafsil.derivation.document import Derivation, Grid, Step
-from mafsil.derivation.factored import Part, factored
+from mafsil.derivation.factored import Part, factor_out
 from mafsil.derivation.lagrange_method import Lagrange
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.kernels.reduce import reduce
@@ -29,7 +29,7 @@ def operations(*formulas: Polynomial) -> tuple[int, int, int, int]:
     for formula in formulas:
         terms += len(formula.terms)
         trigs |= {factor for monomial in formula.terms for factor in monomial if isinstance(factor, Trig)}
-        more = _cost(factored(formula))
+        more = _cost(factor_out(formula))
         sums, products = sums + more[0], products + more[1]
     return terms, sums, products, len(trigs)
 

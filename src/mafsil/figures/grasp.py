@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.figures.picture_file import picture_file
 from mafsil.grasp import Closure, Contact, Grasp, GraspedBody
-from mafsil.grasp.displacement import free_twists, moved
+from mafsil.grasp.displacement import displaced_pose, free_twists
 from mafsil.grasp.quality import hull_facets
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -125,7 +125,7 @@ def _free_motion(axes: Any, grasp: Grasp, twist: Floats, size: float, outline: F
     """The body (or its contact points) a little later along a motion that leaves every finger outside."""
     corners = np.array([c.point for c in grasp.contacts]) if outline is None else outline
     for step in (0.06 * size, 0.03 * size):
-        pose = moved(grasp, twist, step)
+        pose = displaced_pose(grasp, twist, step)
         if pose is not None:
             axes.fill(
                 *(corners @ pose[:2, :2].T + pose[:2, 2]).T,

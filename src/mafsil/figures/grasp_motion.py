@@ -12,7 +12,7 @@ from mafsil.errors import InputError
 from mafsil.figures.grasp import draw_grasp
 from mafsil.figures.picture_file import picture_file
 from mafsil.grasp import Grasp
-from mafsil.grasp.displacement import free_twists, moved
+from mafsil.grasp.displacement import displaced_pose, free_twists
 
 FRAMES = 24
 """Of one motion."""
@@ -61,5 +61,5 @@ def _swing(both_ways: bool) -> Floats:
 def _place(grasp: Grasp, corners: Floats, twist: Floats, share: float) -> Floats:
     """Corners moved along a plane twist by a share of the reach; at rest where a finger would be inside."""
     size = float(np.ptp(corners, axis=0).max()) or 1.0
-    pose = moved(grasp, np.sign(share) * twist, abs(share) * REACH * size)
+    pose = displaced_pose(grasp, np.sign(share) * twist, abs(share) * REACH * size)
     return corners if pose is None else corners @ pose[:2, :2].T + pose[:2, 2]

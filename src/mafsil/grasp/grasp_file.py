@@ -10,7 +10,7 @@ from typing import Any
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.grasp.body import GraspedBody
-from mafsil.grasp.description import described
+from mafsil.grasp.description import parse_description
 from mafsil.grasp.grasp import Grasp
 from mafsil.regular_file import reason, whole_text
 from mafsil.toml_source import parsed_toml
@@ -57,5 +57,5 @@ def read_grasp_file(path: Path) -> GraspFile:
 
 def parse_grasp_file(data: Any, source: str, folder: Path | None = None) -> GraspFile:
     """The grasp in plain data; arguments and errors as of `description.described`."""
-    found = described(data, source, folder)
+    found = parse_description(data, source, folder)
     return GraspFile(Grasp(found.contacts, found.name), found.load, found.outline, found.body)

@@ -142,7 +142,7 @@ def _grown(D: Floats, together: bool, tolerance: float, seed: int) -> tuple[int,
     """How the growth ended, its two bounds, its direction and how many vertices it had."""
     m = D.shape[2]
     weakest, (polytope, ridges) = np.zeros(m), _workspace(m)
-    state, lower, upper, vertices = loops.hull_growth_loops.inscribed(
+    state, lower, upper, vertices = loops.hull_growth_loops.inscribed_ball(
         (0,) * m, D, together, tolerance, polytope, ridges, seed, weakest
     )
     return state, lower, upper, weakest, vertices

@@ -23,7 +23,7 @@ from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
-from mafsil.model.limits import admitted
+from mafsil.model.limits import snap_to_bounds
 from mafsil.robot import Robot, of_robot
 from mafsil.whole_file import write_whole
 
@@ -226,7 +226,7 @@ class _Search:
         self.start = None
         if centre is not None:
             given = as_batch("centre", centre, (robot.n,), finite=True).reshape(robot.n)
-            self.start = admitted(given, self.lower, self.upper)
+            self.start = snap_to_bounds(given, self.lower, self.upper)
         self.tried, self.passed = 0, 0
         if self.start is not None:
             outside = np.flatnonzero((self.start < self.lower) | (self.start > self.upper))

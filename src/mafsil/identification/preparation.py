@@ -13,7 +13,7 @@ from mafsil.arrays import positive
 from mafsil.csv_table import CsvTable, read_csv_table
 from mafsil.identification.log import MotionLog, log_of
 from mafsil.identification.remark import Remark
-from mafsil.identification.smoothing import SmoothMotion, band_of, filtered, half_window, kernels, smooth_motions
+from mafsil.identification.smoothing import SmoothMotion, band_of, filter_samples, half_window, kernels, smooth_motions
 from mafsil.identification.tolerances import NO_EFFORT, PART_OF_BAND
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
@@ -33,7 +33,7 @@ def opened(log: Log, robot: Robot, degrees: bool) -> MotionLog:
     return log_of(log, robot.n)
 
 
-def prepared(log: MotionLog, bandwidth: float | None) -> tuple[list[SmoothMotion], float, list[Remark]]:
+def prepare_log(log: MotionLog, bandwidth: float | None) -> tuple[list[SmoothMotion], float, list[Remark]]:
     """Smooth motions of a log, their band [Hz], and what was ignored."""
     band = band_of(log) if bandwidth is None else positive("bandwidth", bandwidth)
     remarks: list[Remark] = []
@@ -53,7 +53,7 @@ def _rate_mismatch(log: MotionLog, band: float) -> float:
     if len(signals["q"]) < 2 * half + 2:
         return 0.0
     position, rate, _ = kernels(half, period)
-    derived, measured = filtered(signals["q"], rate), filtered(signals["qd"], position)
+    derived, measured = filter_samples(signals["q"], rate), filter_samples(signals["qd"], position)
     size = np.sqrt((derived**2).mean(axis=0))
     moving = size > PART_OF_BAND * max(float(size.max()), NO_EFFORT)
     return float((np.sqrt(((derived - measured) ** 2).mean(axis=0))[moving] / size[moving]).max(initial=0.0))

@@ -139,19 +139,19 @@ def smooth_motions(log: MotionLog, band: float) -> list[SmoothMotion]:
         if len(signals["q"]) < 4 * half + 2:
             continue
         position, rate, acceleration = kernels(half, period)
-        q = filtered(signals["q"], position)
-        qd = filtered(signals["qd"], position) if "qd" in signals else filtered(signals["q"], rate)
+        q = filter_samples(signals["q"], position)
+        qd = filter_samples(signals["qd"], position) if "qd" in signals else filter_samples(signals["q"], rate)
         if "qdd" in signals:
-            qdd = filtered(signals["qdd"], position)
+            qdd = filter_samples(signals["qdd"], position)
         elif "qd" in signals:
-            qdd = filtered(signals["qd"], rate)
+            qdd = filter_samples(signals["qd"], rate)
         else:
-            qdd = filtered(signals["q"], acceleration)
+            qdd = filter_samples(signals["q"], acceleration)
         motions.append(SmoothMotion(period, q, qd, qdd, signals["tau"][half : len(q) + half], max(half // 2, 3)))
     return motions
 
 
-def filtered(samples: Floats, weights: Floats) -> Floats:
+def filter_samples(samples: Floats, weights: Floats) -> Floats:
     """(N - 2 half, n) the samples (N, n) under the kernel; only where its window fits."""
     count, width = len(samples), len(weights)
     size = count + width - 1

@@ -120,7 +120,7 @@ def _answer(
     if requested.ndim > 2:
         if free is not None:
             raise InputError("redundant.one_pose", shape=requested.shape)
-        return many_poses.solved_batch(arm, membership.mended("pose", "T_sd", requested), others, tolerance)
+        return many_poses.solved_batch(arm, membership.snap_to_kind("pose", "T_sd", requested), others, tolerance)
     if free is None:
         start = arm.middle if q0 is None else arm.part.own(others)
         return one_pose(arm, requested, start, tolerance, others)

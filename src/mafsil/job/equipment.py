@@ -68,7 +68,7 @@ class Load:
         return self.equipment.robot
 
 
-def equipped(job: Job, folder: Path) -> Robot:
+def equip_robot(job: Job, folder: Path) -> Robot:
     """The robot of a job, with its locked joints and the tool with which it starts.
 
     Args:
@@ -82,7 +82,7 @@ def equipped(job: Job, folder: Path) -> Robot:
 
 
 def equipment_of(job: Job, folder: Path, places: Places | None = None) -> tuple[Equipment, ...]:
-    """The robot with each tool that the job uses, that of the start first. Errors as for `equipped`, with their line.
+    """The robot with each tool of the job, that of the start first. Errors as for `equip_robot`, with their line.
 
     Args:
         job: the job.
@@ -116,7 +116,7 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
     try:
         mechanism = load_mechanism(source, tip=job.tool.link)
         key = "lock"
-        return mechanism.locked(_lock(job, mechanism)) if job.lock else mechanism
+        return mechanism.with_locked_joints(_lock(job, mechanism)) if job.lock else mechanism
     except MafsilError as fault:
         if places is None:
             raise

@@ -44,8 +44,8 @@ from mafsil.simulation import (
 from mafsil.simulation.closed_plant import plant_of
 from mafsil.simulation.fused import WORTH, can_fuse
 from mafsil.simulation.kinematic_run import as_planned
-from mafsil.simulation.recording import joined
-from mafsil.simulation.scaled_gains import scaled
+from mafsil.simulation.recording import join_recordings
+from mafsil.simulation.scaled_gains import scale_gains
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
 
 EXPLICIT = "rk4"
@@ -117,7 +117,7 @@ def simulate_plan(
         recordings, driven = _record(
             job, plan, list(zip(planned, models, plants, strict=True)), method, progress, live, difference
         )
-    recording = joined(recordings)
+    recording = join_recordings(recordings)
     timed = Deadlines.of(recording.metadata)
     if timed is not None:
         remark = (*remark, Remark("warning" if timed.missed else "good", "job.deadlines", {"deadlines": timed}))
@@ -135,7 +135,7 @@ def simulate_plan(
 
 def _as_planned(job: Job, plan: Plan, log: str | os.PathLike[str] | None) -> Recording:
     """The recording of an arm that follows its plan exactly; also in a log, if one is asked for."""
-    tape = joined([as_planned(one.load.robot, one.trajectory, control_period(job)) for one in stretches(plan)])
+    tape = join_recordings([as_planned(one.load.robot, one.trajectory, control_period(job)) for one in stretches(plan)])
     if log is not None:
         with LiveLog(log, plan.duration) as live:
             live.begin(tape.metadata)
@@ -251,7 +251,7 @@ def _scenario(
     return Scenario(
         robot=model,
         trajectory=stretch.trajectory,
-        law=law if difference.gain == 1.0 else scaled(law, np.array(difference.gain)),
+        law=law if difference.gain == 1.0 else scale_gains(law, np.array(difference.gain)),
         plant=plant,
         q=past[-1].q[-1] if past else None,
         qd=past[-1].qd[-1] if past else None,

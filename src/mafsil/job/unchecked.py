@@ -23,7 +23,7 @@ BARE = 1e-3
 """A tool's tip farther from the flange than this has something between that takes room [m]."""
 
 
-def unchecked(job: Job, first: Load, legs: Sequence[Leg], around: Surroundings | None) -> list[Remark]:
+def unchecked_remarks(job: Job, first: Load, legs: Sequence[Leg], around: Surroundings | None) -> list[Remark]:
     """What nobody looked at: the robot against itself or anything else, bare tools, the ends of joints.
 
     Args:

@@ -16,7 +16,7 @@ LATENCY = {"input": 0, "const": 0, "neg": 1, "div": 13, "sqrt": 18, "sin": 60, "
 """Rough clock cycles until a result is there; 4 if not listed."""
 
 
-def fused(tape: Tape) -> Tape:
+def fuse(tape: Tape) -> Tape:
     """The tape with chosen pairs of a product and a sum as one operation, and negations moved into it.
 
     A product is fused only if all its uses are sums that can take it, so that it disappears. Of two products in one

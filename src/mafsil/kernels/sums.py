@@ -27,7 +27,7 @@ def in_rows(tape: Tape) -> Tape:
     """
     rows = _Rows(tape)
     for i, node in enumerate(tape.nodes):
-        rows.place.append(rows.rebuilt(i) if node.op in _SUMS else rows.copied(node))
+        rows.place.append(rows.rebuilt(i) if node.op in _SUMS else rows.copy_node(node))
     outputs = tuple(tuple(rows.place[i] for i in port) for port in tape.outputs)
     return alive(Tape(tuple(rows.nodes), tape.input_sizes, outputs))
 
@@ -56,7 +56,7 @@ class _Rows:
         self.nodes.append(Node(op, args))
         return len(self.nodes) - 1
 
-    def copied(self, node: Node) -> int:
+    def copy_node(self, node: Node) -> int:
         """Append an old node that is no sum."""
         if node.op in ("input", "const"):
             self.nodes.append(node)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mafsil.expression as ex
 from mafsil.algebra import so3
-from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.body_tree import BodyTree, lump_bodies
 from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.friction import SMOOTHING, friction_law
@@ -18,7 +18,7 @@ from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix_shorter
 from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.regrouping import regrouped
+from mafsil.mechanics.regrouping import regroup
 from mafsil.mechanics.tree_plant import Friction, TreePlant
 from mafsil.mechanics.varied_bodies import body_inertias
 from mafsil.model import Mechanism
@@ -38,12 +38,12 @@ def function(loop: Loop) -> ex.Function:
     q, qd, doubt = _closed(loop, tree, inertias, x["state"][:n], x["state"][n:])
     measured_q, measured_qd = (q + x["noise"][:n], qd + x["noise"][n:]) if loop.noisy else (q, qd)
     law = Commands(loop, trees, measured_q, measured_qd, x)
-    effort = clipped(law.effort, x["limit"]) if loop.saturated else law.effort
+    effort = clip_command(law.effort, x["limit"]) if loop.saturated else law.effort
     plant = _plant(loop, tree, effort, x)
-    here, rate, first = plant.stepped(q, qd, x["step"])
+    here, rate, first = plant.step(q, qd, x["step"])
     for _ in range(loop.substeps - 1):
         here, rate, more = _closed(loop, tree, inertias, here, rate)
-        here, rate, _ = plant.stepped(here, rate, x["step"])
+        here, rate, _ = plant.step(here, rate, x["step"])
         doubt = doubt + more
     T = forward_kinematics(trees.true(loop.shown), q, trees.true(loop.shown).tip)
     desired = ex.reshape(x["T_desired"], 4, 4).T
@@ -67,8 +67,8 @@ class Trees:
         for known, full, short in self._full:
             if known is mechanism:
                 return full, short
-        full = in_chosen_frames(lumped(mechanism))
-        self._full.append((mechanism, full, regrouped(full)))
+        full = in_chosen_frames(lump_bodies(mechanism))
+        self._full.append((mechanism, full, regroup(full)))
         return self._full[-1][1:]
 
     def of(self, mechanism: Mechanism) -> BodyTree:
@@ -212,7 +212,7 @@ def _unless_beyond(growth: Expression, ahead: Expression, limit: Expression) -> 
     return ex.vertcat(*(ex.if_else(wait, 0.0, growth[i]) for i, wait in enumerate(waits)))
 
 
-def clipped(command: Expression, limit: Expression) -> Expression:
+def clip_command(command: Expression, limit: Expression) -> Expression:
     """Clipped elementwise; NaN passes through."""
     return ex.vertcat(
         *(

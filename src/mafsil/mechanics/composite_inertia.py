@@ -29,7 +29,7 @@ class CompositeInertia:
         m, hx, hy, hz, *moments = phi
         return CompositeInertia(m, ex.vertcat(hx, hy, hz), _from_six(*moments))
 
-    def added(self, other: CompositeInertia) -> CompositeInertia:
+    def add(self, other: CompositeInertia) -> CompositeInertia:
         """Both bodies as one."""
         return CompositeInertia(self.mass + other.mass, self.h + other.h, self.I + other.I)
 

@@ -49,10 +49,10 @@ class CompositeMotion:
     moment: Expression
     force: Expression
 
-    def added(self, other: CompositeMotion) -> CompositeMotion:
+    def add(self, other: CompositeMotion) -> CompositeMotion:
         """Both as one."""
         return CompositeMotion(
-            self.inertia.added(other.inertia),
+            self.inertia.add(other.inertia),
             self.p + other.p,
             self.W + other.W,
             self.moment + other.moment,
@@ -66,7 +66,7 @@ class CompositeMotion:
         return CompositeMotion(
             self.inertia.in_parent(step),
             p,
-            turned(self.W, step) + p @ o.T + gain @ h.T,
+            rotate_matrix(self.W, step) + p @ o.T + gain @ h.T,
             step.to_parent(self.moment) + ex.cross(o, force),
             force,
         )
@@ -148,7 +148,7 @@ def composites(
         own[tree.tip.body] = _with_tip_wrench(tree, own[tree.tip.body], F_tip)
     for i, body in reversed(tree.moving):
         if body.parent:
-            own[body.parent] = own[body.parent].added(own[i].in_parent(steps[i], motion.gain[i]))
+            own[body.parent] = own[body.parent].add(own[i].in_parent(steps[i], motion.gain[i]))
     return own
 
 
@@ -157,7 +157,7 @@ def spin_acceleration(omega: Expression, alpha: Expression) -> Expression:
     return ex.skew(alpha) + ex.skew(omega) @ ex.skew(omega)
 
 
-def turned(W: Expression, step: Placement) -> Expression:
+def rotate_matrix(W: Expression, step: Placement) -> Expression:
     """R W R' for any (3, 3) W, R the rotation from {i} to its parent: by double angles about z, then the constant."""
     c, s = step.cosine, step.sine
     swing = s * (s * (W[1, 1] - W[0, 0]) - c * (W[0, 1] + W[1, 0]))

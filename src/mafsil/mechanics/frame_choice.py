@@ -78,7 +78,7 @@ def _moved(tree: BodyTree, rotations: list[Floats], shifts: list[float]) -> Body
     bodies = [tree.bodies[0]]
     for i, body in tree.moving:
         R, p = seen_from(body.parent, body.R @ rotations[i], body.p + body.R @ old_origins[i])
-        inertia = body.inertia.moved(rotations[i].T, -rotations[i].T @ old_origins[i])
+        inertia = body.inertia.in_frame(rotations[i].T, -rotations[i].T @ old_origins[i])
         R, offset = _offset_taken_out(R, body)
         bodies.append(replace(body, R=R, p=_positions_without_rounding(p), inertia=inertia, offset=offset))
     frames = {
@@ -104,7 +104,7 @@ def _base_moved(tree: BodyTree) -> BodyTree:
         return tree
     i, body = first[0]
     bodies = list(tree.bodies)
-    bodies[0] = replace(bodies[0], inertia=bodies[0].inertia.moved(body.R.T, -body.R.T @ body.p))
+    bodies[0] = replace(bodies[0], inertia=bodies[0].inertia.in_frame(body.R.T, -body.R.T @ body.p))
     bodies[i] = replace(body, R=np.eye(3), p=np.zeros(3))
 
     def in_new_base(frame: Attachment) -> Attachment:

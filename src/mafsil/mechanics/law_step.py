@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats
-from mafsil.mechanics.closed_loop import Commands, Trees, clipped, symbol_of
+from mafsil.mechanics.closed_loop import Commands, Trees, clip_command, symbol_of
 from mafsil.mechanics.loop_terms import Loop, input_sizes, output_sizes
 
 
@@ -49,7 +49,7 @@ def law_step(
         x["integral_limit"] = ex.Expression(integral_limit.reshape(-1))
     law = replace(loop, noisy=True)  # The state is measured: nothing is shared with the plant's own step.
     commands = Commands(law, Trees(), x["q"], x["qd"], x)
-    effort = commands.effort if limit is None else clipped(commands.effort, ex.Expression(limit))
+    effort = commands.effort if limit is None else clip_command(commands.effort, ex.Expression(limit))
     results = {"effort": effort, "next_integral": commands.integral}
     return ex.Function("law", list(symbols.values()), ex.cse([results[name] for name in law_outputs(loop)]))
 

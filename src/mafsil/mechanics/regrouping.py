@@ -18,14 +18,14 @@ from mafsil.mechanics.tolerances import NEGLIGIBLE_INERTIA, SMALLEST
 from mafsil.model import JointKind
 
 
-def regrouped(tree: BodyTree) -> BodyTree:
+def regroup(tree: BodyTree) -> BodyTree:
     """The same tree with the fewest inertial numbers; the base keeps none."""
     bodies = list(tree.bodies)
     for i, _ in reversed(tree.moving):
         kept, passed = _split(bodies[i].kind, bodies[i].inertia)
         parent = bodies[bodies[i].parent]
         bodies[i] = replace(bodies[i], inertia=_without_rounding(kept))
-        bodies[bodies[i].parent] = replace(parent, inertia=parent.inertia + passed.moved(bodies[i].R, bodies[i].p))
+        bodies[bodies[i].parent] = replace(parent, inertia=parent.inertia + passed.in_frame(bodies[i].R, bodies[i].p))
     bodies[0] = replace(bodies[0], inertia=RigidInertia.zero())
     return replace(tree, bodies=tuple(bodies))
 

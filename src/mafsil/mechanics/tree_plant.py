@@ -12,7 +12,7 @@ from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.mechanics.loop_terms import Loop
 from mafsil.mechanics.placement import Expression, constant
-from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics, solved
+from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics, solve_mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
@@ -43,7 +43,7 @@ class TreePlant:
         self.F_tip = -x["push"] if loop.pushed else None
         self.inertias = body_inertias(tree, x["bodies"]) if loop.varied else None
 
-    def stepped(self, q: Expression, v: Expression, h: Expression) -> tuple[Expression, Expression, Expression]:
+    def step(self, q: Expression, v: Expression, h: Expression) -> tuple[Expression, Expression, Expression]:
         """State after one step, and the acceleration at its beginning.
 
         Args:
@@ -65,10 +65,10 @@ class TreePlant:
         rates: list[Expression] = []
         slopes: list[Expression] = []
         for row in a:
-            here, rate = advanced(q, h, row, rates), advanced(v, h, row, slopes)
+            here, rate = weighted_step(q, h, row, rates), weighted_step(v, h, row, slopes)
             rates.append(rate)
             slopes.append(self._acceleration(here, rate))
-        return advanced(q, h, b, rates), advanced(v, h, b, slopes), slopes[0]
+        return weighted_step(q, h, b, rates), weighted_step(v, h, b, slopes), slopes[0]
 
     def _splitting(
         self, kicks: Row, drifts: Row, q: Expression, v: Expression, h: Expression
@@ -91,11 +91,11 @@ class TreePlant:
         if self.inertias is None:
             return forward_dynamics(self.tree, q, v, load, self.F_tip)
         M, bias = self._terms(q, v)
-        return solved(M, load - bias)
+        return solve_mass_matrix(M, load - bias)
 
     def _solve(self, M: Expression, load: Expression, q: Expression, v: Expression) -> Expression:
         """Accelerations with M as the inertia, bias forces taken away already; a tree needs no state for that."""
-        return solved(M, load)
+        return solve_mass_matrix(M, load)
 
     def _terms(self, q: Expression, v: Expression) -> tuple[Expression, Expression]:
         """M, and c + g + J' F_tip."""
@@ -153,7 +153,7 @@ class Friction:
         return self.gain.T @ ex.diag(ex.vertcat(*slopes)) @ self.gain
 
 
-def advanced(y: Expression, h: Expression, weights: Row, slopes: list[Expression]) -> Expression:
+def weighted_step(y: Expression, h: Expression, weights: Row, slopes: list[Expression]) -> Expression:
     """The sum y + h sum_i w_i k_i.
 
     Args:

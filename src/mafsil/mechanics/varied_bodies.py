@@ -10,7 +10,7 @@ import numpy as np
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats
-from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.body_tree import BodyTree, lump_bodies
 from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.friction import friction_law
@@ -34,7 +34,7 @@ def body_parameters(mechanism: Mechanism, parameters: Floats, payload: Floats | 
         parameters: (*batch, L, 10) of the links, each in its own frame, as `inertial_parameters` orders them.
         payload: (*batch, 10) of a body fixed to the tip, in the tip frame; None for none.
     """
-    tree = in_chosen_frames(lumped(mechanism))
+    tree = in_chosen_frames(lump_bodies(mechanism))
     batch = parameters.shape[:-2] if payload is None else np.broadcast_shapes(parameters.shape[:-2], payload.shape[:-1])
     bodies = np.zeros((*batch, len(tree.bodies), 10))
     for k, frame in enumerate(tree.frames.values()):

@@ -42,7 +42,7 @@ def number(value: float) -> str:
 
 def on_screen(text: str) -> str:
     """A text as far as it fits a screen: long sentences are wrapped, what is beyond the last line is left out."""
-    lines = [piece for line in text.split("\n") for piece in ([line] if _width(line) <= COLUMNS else wrapped(line))]
+    lines = [piece for line in text.split("\n") for piece in ([line] if _width(line) <= COLUMNS else wrap_line(line))]
     return "\n".join(lines if len(lines) <= LINES else [*lines[: LINES - 1], "\N{HORIZONTAL ELLIPSIS}"])
 
 
@@ -51,7 +51,7 @@ def in_notebook(text: str) -> str:
     return f'<pre dir="auto">{escape(text)}</pre>'
 
 
-def wrapped(line: str, columns: int = COLUMNS) -> list[str]:
+def wrap_line(line: str, columns: int = COLUMNS) -> list[str]:
     """A long line in several, broken between words; those that follow are indented by two more.
 
     Args:

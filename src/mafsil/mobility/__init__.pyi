@@ -10,9 +10,9 @@ from mafsil.mobility.actuation import locked_mobility as locked_mobility
 from mafsil.mobility.actuation import mobility_with_locked_joints as mobility_with_locked_joints
 from mafsil.mobility.assembly_existence import AssemblyModes as AssemblyModes
 from mafsil.mobility.assembly_existence import Existence as Existence
-from mafsil.mobility.assembly_existence import assembled as assembled
 from mafsil.mobility.assembly_existence import assembly_modes as assembly_modes
 from mafsil.mobility.assembly_existence import can_assemble as can_assemble
+from mafsil.mobility.assembly_existence import close_drawing as close_drawing
 from mafsil.mobility.components import ConfigurationCurves as ConfigurationCurves
 from mafsil.mobility.components import configuration_curves as configuration_curves
 from mafsil.mobility.finite import FiniteMobility as FiniteMobility

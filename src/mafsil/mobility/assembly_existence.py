@@ -133,7 +133,7 @@ def loop_sides(linkage: Linkage, loop: int) -> tuple[tuple[float, ...], tuple[st
 
 
 @on_linkage
-def assembled(linkage: Linkage) -> Linkage:
+def close_drawing(linkage: Linkage) -> Linkage:
     """A linkage that is drawn apart, drawn where its loops close.
 
     Raises:

@@ -76,7 +76,7 @@ class Charts:
     stuck: set[int] = field(default_factory=set[int])
 
     @classmethod
-    def started(cls, linkage: Linkage, theta: Floats, radius: float) -> Charts:
+    def first_chart(cls, linkage: Linkage, theta: Floats, radius: float) -> Charts:
         """One chart at a configuration (F,) whose mobility by rank is 2."""
         F = linkage.coordinates
         empty = cls(linkage, radius, np.zeros((0, F)), np.zeros((0, F, 2)), np.zeros(0), np.zeros(0))

@@ -24,7 +24,7 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.catalogue import keys
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
-from mafsil.mobility.assembly_existence import assembled
+from mafsil.mobility.assembly_existence import close_drawing
 from mafsil.mobility.blocks import blocks
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
 from mafsil.mobility.four_bar import four_bar_of
@@ -218,7 +218,7 @@ def mobility(
     """
     linkage = as_linkage(source, q)
     if linkage.apart:
-        linkage = assembled(linkage)
+        linkage = close_drawing(linkage)
     gap = float(largest_gap(linkage))
     if gap > CLOSED:
         raise InputError("mobility.gapes", name=linkage.name or "-", gap=gap)

@@ -18,7 +18,7 @@ from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import are_lengths, closed_near
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.surface import LONGEST, MOST_POINTS, ConfigurationSurface, followed
+from mafsil.mobility.surface import LONGEST, MOST_POINTS, ConfigurationSurface, follow_surface
 
 
 class SurfacesStatus(Status):
@@ -120,7 +120,7 @@ def configuration_surfaces(
         if instantaneous(linkage, left[0]).mobility != 2 or not all_are_real(linkage, left[0], 2):
             others, left = others + 1, left[1:]
             continue
-        surfaces.append(followed(linkage, left[0], longest, most))
+        surfaces.append(follow_surface(linkage, left[0], longest, most))
         on = surfaces[-1].holds(left)
         on[0] = True
         hits.append(int(on.sum()))

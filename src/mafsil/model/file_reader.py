@@ -13,7 +13,7 @@ from mafsil.model.diagnostics import Diagnostic, Report, Severity, require_mecha
 from mafsil.model.faults import INCONSISTENT, NO_ARGUMENTS, NO_MODELS
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.reading import Reading
-from mafsil.model.repairing import Change, mended, noted, of_errors
+from mafsil.model.repairing import Change, apply_repairs, note_changes, of_errors
 from mafsil.model.source import Source, Text, load, name_of
 from mafsil.model.tip import TipChoice
 from mafsil.model.xacro import is_xacro
@@ -122,8 +122,8 @@ class FileReader:
             if not silent:
                 warn_of(mechanism)
             return mechanism
-        text, changes = mended(source, self.limits, self.report_of, of_errors)
-        return noted(require_mechanism(self.report_of(text)), changes)
+        text, changes = apply_repairs(source, self.limits, self.report_of, of_errors)
+        return note_changes(require_mechanism(self.report_of(text)), changes)
 
     def diagnose(self, source: Source) -> Report:
         """All that is to be said."""
@@ -135,7 +135,7 @@ class FileReader:
 
     def repair(self, source: Source) -> tuple[str, tuple[Change, ...]]:
         """The corrected text and what was changed."""
-        text, changes = mended(source, self.limits, self.report_of)
+        text, changes = apply_repairs(source, self.limits, self.report_of)
         return text.data.decode("utf-8"), changes
 
     def report_of(self, text: Text) -> Report:

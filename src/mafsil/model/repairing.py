@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from mafsil.model.diagnostics import Diagnostic, Repair, Report, Severity, edited, require_mechanism
+from mafsil.model.diagnostics import Diagnostic, Repair, Report, Severity, apply_edits, require_mechanism
 from mafsil.model.faults import PARDONED
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.source import Source, Text, load, name_of
@@ -41,7 +41,7 @@ def of_errors(diagnostic: Diagnostic) -> bool:
     return certain(diagnostic) and (diagnostic.severity is Severity.ERROR or diagnostic.fault in PARDONED)
 
 
-def mended(
+def apply_repairs(
     source: Source, limits: ReadLimits, report_of: Callable[[Text], Report], requested: Requested = certain
 ) -> tuple[Text, tuple[Change, ...]]:
     """The document with the offered repairs carried out that are requested.
@@ -70,12 +70,12 @@ def mended(
         if not chosen:
             break
         edits = [edit for change in chosen for edit in change.repair.edits]
-        text = replace(text, data=edited(text.data, edits), remarks=())
+        text = replace(text, data=apply_edits(text.data, edits), remarks=())
         changes.extend(chosen)
     return text, tuple(changes)
 
 
-def noted(mechanism: Mechanism, changes: tuple[Change, ...]) -> Mechanism:
+def note_changes(mechanism: Mechanism, changes: tuple[Change, ...]) -> Mechanism:
     """The mechanism with the changes among the notes of its provenance."""
     provenance = mechanism.provenance
     notes = (*(change.sentence("en") for change in changes), *provenance.notes)

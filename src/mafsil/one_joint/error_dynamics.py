@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import InputError
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.geometry.matrix_exponential import exponential
 from mafsil.one_joint.arguments import finite, row, together
 from mafsil.one_joint.polynomial import Complexes, coefficients_of, companion, polynomial_value, roots
@@ -29,7 +29,7 @@ class ErrorDynamics:
     """
 
     coefficients: Floats
-    __post_init__ = checked(coefficients=lambda _, value: frozen(coefficients_of(value)))
+    __post_init__ = check_fields(coefficients=lambda _, value: frozen(coefficients_of(value)))
 
     @classmethod
     def of(cls, *coefficients: ArrayLike) -> ErrorDynamics:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 
 
@@ -24,7 +24,7 @@ class ForceLoop:
     kfp: Floats
     kfi: Floats
     damping: Floats
-    __post_init__ = batched(kfp=magnitude, kfi=magnitude, damping=magnitude)
+    __post_init__ = check_batch(kfp=magnitude, kfi=magnitude, damping=magnitude)
 
     @classmethod
     def of(cls, kfp: ArrayLike, kfi: ArrayLike = 0.0, damping: ArrayLike = 0.0) -> ForceLoop:

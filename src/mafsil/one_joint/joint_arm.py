@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, together
 from mafsil.one_joint.drives.dry_friction import SpeedFriction
 
 
@@ -25,7 +25,7 @@ class JointArm:
     inertia: Floats
     gravity_moment: Floats
     friction: SpeedFriction
-    __post_init__ = batched(inertia=above_zero, gravity_moment=finite)
+    __post_init__ = check_batch(inertia=above_zero, gravity_moment=finite)
 
     @classmethod
     def of(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import batched, magnitude, together
+from mafsil.one_joint.arguments import check_batch, magnitude, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.joint_arm import JointArm
 
@@ -48,7 +48,7 @@ class JointLaw:
     ki: Floats
     kd: Floats
     model: JointArm = NO_MODEL
-    __post_init__ = batched(kp=magnitude, ki=magnitude, kd=magnitude)
+    __post_init__ = check_batch(kp=magnitude, ki=magnitude, kd=magnitude)
 
     @classmethod
     def pid(cls, kp: ArrayLike = 0.0, ki: ArrayLike = 0.0, kd: ArrayLike = 0.0) -> JointLaw:

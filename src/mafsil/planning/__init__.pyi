@@ -53,5 +53,5 @@ from mafsil.planning.search import Planner as Planner
 from mafsil.planning.search import SearchBudget as SearchBudget
 from mafsil.planning.search_log import SearchLog as SearchLog
 from mafsil.planning.search_log import watch as watch
-from mafsil.planning.shortening import shortened as shortened
+from mafsil.planning.shortening import take_shortcuts as take_shortcuts
 from mafsil.planning.visibility import visibility_path as visibility_path

@@ -37,7 +37,7 @@ from mafsil.planning.arm_planners import (
     any_planner,
     ask_roadmap,
 )
-from mafsil.planning.arm_search import search, summed
+from mafsil.planning.arm_search import add_counts, search
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.kept_planning import Kept, Measured, search_kept
@@ -46,7 +46,7 @@ from mafsil.planning.path_constraints import Constraint, kept_of
 from mafsil.planning.problem import Problem
 from mafsil.planning.reasons import FirstLine, Reason
 from mafsil.planning.search import PLANNERS
-from mafsil.planning.shortening import shortened
+from mafsil.planning.shortening import take_shortcuts
 from mafsil.robot.degrees import in_radians, remark_on_degrees
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def plan(
     begun = perf_counter()
     # 1.
     goals = configurations_of(checker, goal, q, degrees=degrees)
-    on = checker.robot.limits.admitted(q), checker.robot.limits.admitted(goals)
+    on = checker.robot.limits.snap_to_limits(q), checker.robot.limits.snap_to_limits(goals)
     if (on[0] != q).any() or (on[1] != goals).any():
         measured = plan(
             robot, scene, on[0], on[1] if len(goals) else goal, planner=planner, seed=seed, seconds=seconds,
@@ -254,7 +254,7 @@ def _connect(
         path, more, also = search(checker, q, goals, seed, *budget, shorten, rule)
         if not more:
             return None
-        made, seen = made + more, summed(seen, also)
+        made, seen = made + more, add_counts(seen, also)
         found = _answer(checker, path, "rrt_connect", made, seen, q, goals, begun, moving=rule)
         if path is None:
             found = _decide(found, q, goals, seed, shorten, MOST_BOXES, seconds)
@@ -292,7 +292,7 @@ def _decide(
     if sure.path is None:
         return found
     problem = Problem(*bounds, checker.free, checker.free_segment)
-    path = shortened(problem, sure.path, np.random.default_rng(seed), shorten) if shorten else sure.path
+    path = take_shortcuts(problem, sure.path, np.random.default_rng(seed), shorten) if shorten else sure.path
     goal = int(np.abs(goals - path[-1]).max(axis=1).argmin())
     return replace(found, status=PlanningStatus.FOUND, path=path, reason="", goal=goal)
 

@@ -18,7 +18,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker, Clearance, CollisionCheck, MultiArmCell
 from mafsil.messages import say
 from mafsil.planning.outcome import PlanningStatus
-from mafsil.planning.reasons import said
+from mafsil.planning.reasons import reason_text
 from mafsil.trajectory import Trajectory
 
 CHORD = 0.05
@@ -108,7 +108,7 @@ class ArmsMotion(SingleAnswer):
 
     def at(self, t: ArrayLike) -> JointVector:
         """(*times, n) coordinates of all arms at times (*times) [s]."""
-        return self.cell.joined({name: motion.at(t) for name, motion in self.motions.items()})
+        return self.cell.join({name: motion.at(t) for name, motion in self.motions.items()})
 
     def clearance(self, count: int = 200) -> Clearance:
         """Smallest distances at moments evenly over the motion.
@@ -120,7 +120,7 @@ class ArmsMotion(SingleAnswer):
 
     def explain(self, language: str | None = None) -> str:
         """The status; when each arm arrives and how long it waits, or what stands in the way."""
-        reason = said(self.reason, language)
+        reason = reason_text(self.reason, language)
         first = self.status.sentence(language) + (f" ({reason})" if reason else "")
         lines = [first] + [
             say(
@@ -154,7 +154,7 @@ def unproved_moment(
                 accelerations[m, cell.columns[name]] = motion.acceleration
 
     def places(t: Floats) -> Floats:
-        return cell.joined({**fixed, **{name: motion.at(t) for name, motion in motions.items()}})
+        return cell.join({**fixed, **{name: motion.at(t) for name, motion in motions.items()}})
 
     return first_unproved(cell, places, breaks, accelerations)
 

@@ -102,7 +102,7 @@ def optimal_base_placement(
         raise InputError("planning.too_many_poses", count=total, most=MOST_POSES)
     grid = np.stack([each.ravel() for each in np.meshgrid(*axes, levels, turns, indexing="ij")], axis=1)
     # 2., 3.
-    found = search.judged(grid)
+    found = search.evaluate(grid)
     # 4.
     finer = whole("refinements", refinements) if len(found.bases) == len(grid) else 0
     low, high = (np.array([f(axis) for axis in (*axes, levels)]) for f in (np.min, np.max))
@@ -116,7 +116,7 @@ def optimal_base_placement(
             rows = best + np.insert(moves, 2, 0.0, axis=1)
             rows = rows[((rows[:, :3] >= low) & (rows[:, :3] <= high)).all(axis=1)]
             if len(rows):
-                found = found.with_more(search.judged(rows))
+                found = found.with_more(search.evaluate(rows))
     return search.answer(found)
 
 
@@ -140,7 +140,7 @@ class _Search:
         if redundant:
             self.starts += list(rng.uniform(low, high, (samples - 1, arm.robot.n)))
 
-    def judged(self, bases: Floats) -> BasePlacement:
+    def evaluate(self, bases: Floats) -> BasePlacement:
         """What each of (k, 4) base poses reaches, and how well; at Ctrl-C of those looked at till then."""
         shape = (len(bases), len(self.targets))
         misses, quality = np.full(shape, Miss.REACH, np.int8), np.full((*shape, len(MEASURES)), -1.0)
@@ -178,7 +178,7 @@ class _Search:
             if not len(pair):
                 continue
             configurations = np.ascontiguousarray(answer.q[pair, branch])
-            full = self.movable.joined(bases[rows[pair, 0]], configurations)
+            full = self.movable.join(bases[rows[pair, 0]], configurations)
             free = np.asarray(self.movable.free(full), dtype=np.bool_)
             self._note(rows[pair[~free]], Miss.COLLISION, misses)
             self._note(rows[pair[free]], Miss.NONE, misses)
@@ -221,7 +221,7 @@ class _Search:
         best = found.best
         for j in np.flatnonzero(found.misses[best] == Miss.COLLISION):
             contacts[int(j)] = self._contact(found.bases[best], self.targets[j])
-        return found.judged(contacts)
+        return found.with_verdict(contacts)
 
     def _contact(self, base: Floats, target: PoseMatrix) -> Any:
         """What the arm meets in the solution that meets least."""
@@ -231,7 +231,7 @@ class _Search:
         rows = answer.q[0][np.asarray(answer.valid)[0] & np.asarray(answer.within)[0]]
         if not len(rows):
             return None
-        found = self.movable.distance(self.movable.joined(base, rows))
+        found = self.movable.distance(self.movable.join(base, rows))
         return list(found)[int(found.distance.argmax())]
 
 

@@ -88,7 +88,7 @@ def closed_near(robot: Robot, q: JointVector) -> JointVector:
     """(k, n) of configurations (m, n) those near them with closed loops and within the limits, found by a search."""
     if not robot.mechanism.loops:
         return q
-    found = _chain_of(robot).closed(q)
+    found = _chain_of(robot).close_loops(q)
     limits = robot.limits
     within = limits.within(found.q).all(axis=1)
     return np.asarray(found.q[found.found & within])

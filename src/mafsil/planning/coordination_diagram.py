@@ -106,7 +106,7 @@ def coordinate_arms(
     3. The quickest way through free cells is the answer; staircases become straight where that is proved.
     4. Without one: if even what is not proved full leaves no way, that is a proven deadlock.
 
-    `.timed(limits)` gives the motion in the shortest time on the way found: corners rounded as far as that is proved.
+    `.time_optimal(limits)` gives the motion in the shortest time on the path: corners rounded as far as that is proved.
 
     Args:
         cell: two arms in their scene.
@@ -128,7 +128,7 @@ def coordinate_arms(
         cell.alone(name)
     points = {name: _points(cell, name, paths) for name in cell.names}
     # 1.
-    start = cell.joined({name: rows[0] for name, rows in points.items()})
+    start = cell.join({name: rows[0] for name, rows in points.items()})
     refused = _refuse(cell, points, start, begun)
     if refused is not None:
         return refused
@@ -194,7 +194,7 @@ def _refuse(
             return ended(PlanningStatus.PATH_BLOCKED, Reason(Named(name, found)))
     if not cell.free(start):
         return ended(PlanningStatus.START_BLOCKED, "", start)
-    goal = cell.joined({name: rows[-1] for name, rows in points.items()})
+    goal = cell.join({name: rows[-1] for name, rows in points.items()})
     return None if cell.free(goal) else ended(PlanningStatus.GOAL_BLOCKED, "", goal)
 
 

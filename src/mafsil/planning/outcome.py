@@ -11,7 +11,7 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import JointVector
 from mafsil.messages import say
 from mafsil.planning.problem import length_of
-from mafsil.planning.reasons import said
+from mafsil.planning.reasons import reason_text
 
 
 class PlanningStatus(Status):
@@ -68,7 +68,7 @@ class Plan(SingleAnswer):
 
     def explain(self, language: str | None = None) -> str:
         """The status, the reason, and the account."""
-        reason = said(self.reason, language)
+        reason = reason_text(self.reason, language)
         first = self.status.sentence(language) + (f" ({reason})" if reason else "")
         details = {"planner": self.planner, "nodes": self.nodes, "configurations": self.configurations}
         more = {"segments": self.segments, "seconds": self.seconds, "points": len(self.path), "length": self.length}

@@ -14,7 +14,7 @@ from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.problem import Problem
 from mafsil.planning.search import PLANNERS, SearchBudget
-from mafsil.planning.shortening import shortened
+from mafsil.planning.shortening import take_shortcuts
 
 
 @tells_of_interruption
@@ -76,7 +76,7 @@ def find_path(
         return _end(problem, PlanningStatus.NOT_FOUND, q[None], planner, made, begun)
     # 3.
     if shortcut_iterations:
-        path = shortened(problem, path, rng)
+        path = take_shortcuts(problem, path, rng)
     return _end(problem, PlanningStatus.FOUND, path, planner, made, begun)
 
 

@@ -116,7 +116,7 @@ class BasePlacement(SingleAnswer):
         names = ("bases", "misses", "quality", "q")
         return replace(self, **{each: np.concatenate([getattr(self, each), getattr(other, each)]) for each in names})
 
-    def judged(self, contacts: Mapping[int, ContactPair | None]) -> BasePlacement:
+    def with_verdict(self, contacts: Mapping[int, ContactPair | None]) -> BasePlacement:
         """With the status that the bases say, and what the arm meets where the best base misses targets."""
         found = bool(self.reached[self.best].all())
         status = PlacementStatus.FOUND if found else PlacementStatus.NOT_FOUND

@@ -13,7 +13,7 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, positive, whole
 from mafsil.collision import Checker
 from mafsil.errors import InputError
-from mafsil.fields import checked, finite
+from mafsil.fields import check_fields, finite
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.planning.arm_planners import ARM_PLANNERS, CELLS
@@ -40,7 +40,7 @@ class Query:
     space: Checker | Problem
     start: JointVector
     goal: JointVector
-    __post_init__ = checked(start=finite(1), goal=finite(1, 2))
+    __post_init__ = check_fields(start=finite(1), goal=finite(1, 2))
 
     @property
     def planners(self) -> tuple[str, ...]:
@@ -50,7 +50,7 @@ class Query:
         few = self.space.robot.n <= MOST_MOVING
         return tuple(dict.fromkeys(name for name in (*ARM_PLANNERS, *PLANNERS) if few or name != CELLS))
 
-    def asked(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
+    def run_planner(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
         """The answer of a planner; Ctrl-C goes on to who asked for the table.
 
         Raises:
@@ -224,7 +224,9 @@ def bench_planners(
         for k, name in enumerate(chosen):
             plans: list[list[Plan]] = []
             for i, query in enumerate(queries):
-                plans.append([query.asked(name, seed, seconds, max_nodes, shortcut_iterations) for seed in numbers])
+                plans.append(
+                    [query.run_planner(name, seed, seconds, max_nodes, shortcut_iterations) for seed in numbers]
+                )
                 progress((k + (i + 1) / len(queries)) / len(chosen))
             results.append(_result(name, queries, plans))
     except KeyboardInterrupt:

@@ -81,7 +81,7 @@ class FirstLine:
         return self.said.explain(language=language).split("\n")[0]
 
 
-def said(reason: str, language: str | None = None) -> str:
+def reason_text(reason: str, language: str | None = None) -> str:
     """A reason in a language; a plain text as it is.
 
     Args:

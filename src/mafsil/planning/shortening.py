@@ -12,7 +12,7 @@ ALONG = 1e-9
 """Share of the length by which a shortcut must be shorter to count."""
 
 
-def shortened(problem: Problem, path: JointVector, rng: np.random.Generator, tries: int = 200) -> JointVector:
+def take_shortcuts(problem: Problem, path: JointVector, rng: np.random.Generator, tries: int = 200) -> JointVector:
     """A path (k, n) with shortcuts, never longer.
 
     1. Corners that a straight piece can leave out, from the ends inwards.

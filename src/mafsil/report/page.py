@@ -17,8 +17,8 @@ from mafsil.page.assemble import script
 from mafsil.page.content import content, sentence
 from mafsil.report import fragments
 from mafsil.report.content import Page, Plot, Scene, Table
-from mafsil.scene import as_data, one_script, packed
-from mafsil.scene.inline import attribute, embedded, policy
+from mafsil.scene import as_data, one_script, pack_floats
+from mafsil.scene.inline import attribute, embed_json, policy
 from mafsil.scene.modules import read
 
 MAIN, PICTURE = "report/template/main.js", "report/template/picture.js"
@@ -48,9 +48,9 @@ def render(page: Page, *others: Page) -> str:
     slots["policy"] = policy(style, _script(), computes=True)
     slots["varied"] = "hidden" if page.variation_table is None else ""
     slots["alone"] = "" if others else "hidden"
-    slots["data"] = embedded(_data(page, others))
-    slots["languages"] = "".join(kept(each.language, _texts(each)) for each in others)
-    return filled("report.html", slots)
+    slots["data"] = embed_json(_data(page, others))
+    slots["languages"] = "".join(hidden_language(each.language, _texts(each)) for each in others)
+    return fill_slots("report.html", slots)
 
 
 def report_style() -> str:
@@ -87,7 +87,7 @@ def _optional(content: Table | None) -> str:
     return "" if content is None else f'<div class="wide">{fragments.table(content)}</div>'
 
 
-def kept(language: str, slots: Mapping[str, str]) -> str:
+def hidden_language(language: str, slots: Mapping[str, str]) -> str:
     """The texts of a language that is not shown, as a template.
 
     Args:
@@ -120,12 +120,12 @@ def render_picture(title: str, subtitle: str, scene: Mapping[str, Any], language
         "policy": policy(style, code),
         "header": fragments.header(title, subtitle),
         "hint": attribute(say("report.hint_still", language=language)),
-        "data": embedded({"scene": scene}),
+        "data": embed_json({"scene": scene}),
     }
-    return filled("picture.html", slots)
+    return fill_slots("picture.html", slots)
 
 
-def filled(template: str, slots: Mapping[str, str]) -> str:
+def fill_slots(template: str, slots: Mapping[str, str]) -> str:
     """A template with its places filled.
 
     Args:
@@ -167,7 +167,7 @@ def _data(page: Page, others: Sequence[Page]) -> dict[str, Any]:
         "texts": {one.language: _words(one) for one in every},
         "duration": page.duration,
         "joints": [visible(name) for name in page.joints],
-        "time": packed(page.times),
+        "time": pack_floats(page.times),
         "moves": [{"from": step.start, "to": step.end} for step in page.steps if not step.beside],
         "plots": [plot_data(plot) for plot in page.plots],
         "tape": _tape(scene),
@@ -180,7 +180,13 @@ def plot_data(plot: Plot) -> dict[str, Any]:
     if plot.limits is not None:
         limits = [[float(bound) if np.isfinite(bound) else None for bound in row] for row in plot.limits]
     names = [visible(name) for name in plot.names]
-    drawn = {"title": plot.title, "unit": plot.unit, "values": packed(plot.values), "limits": limits, "names": names}
+    drawn = {
+        "title": plot.title,
+        "unit": plot.unit,
+        "values": pack_floats(plot.values),
+        "limits": limits,
+        "names": names,
+    }
     return drawn | {"column": plot.column, "keys": [visible(key) for key in plot.keys]}
 
 
@@ -190,12 +196,12 @@ def _tape(scene: Scene) -> dict[str, Any]:
         "period": scene.period,
         "end": float(scene.times[-1]),
         "frames": len(scene.q),
-        "q": packed(scene.q),
-        "tips": packed(scene.tips),
-        "reference": packed(scene.references),
+        "q": pack_floats(scene.q),
+        "tips": pack_floats(scene.tips),
+        "reference": pack_floats(scene.references),
         "targets": [{"name": visible(name), "pose": pose.tolist()} for name, pose in scene.targets],
         "scenery": as_data(bodies),
-        "carried": [{"poses": packed(one.poses), "first": one.first, "end": one.end} for one in scene.carried],
+        "carried": [{"poses": pack_floats(one.poses), "first": one.first, "end": one.end} for one in scene.carried],
         "fixed": [pose.tolist() for _, pose in scene.fixed],
     }
 

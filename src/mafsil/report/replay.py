@@ -18,7 +18,7 @@ from mafsil.job import Job, Run
 from mafsil.job.equipment import UNNAMED_TOOL, box_of_tool
 from mafsil.job.payload import box_in_tip
 from mafsil.model.mesh import Surface
-from mafsil.model.mesh.decimation import decimated
+from mafsil.model.mesh.decimation import decimate
 from mafsil.model.mesh.primitives import SIDES
 from mafsil.model.mesh.surface import hull_surface
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
@@ -241,7 +241,7 @@ def _solid(obstacle: Obstacle, size: float, seen: Floats) -> Solid:
 
 
 def _surface(surface: Surface) -> Solid:
-    return Solid("surface", (), colour=OBSTACLE_COLOUR, surface=decimated(surface, MOST_TRIANGLES))
+    return Solid("surface", (), colour=OBSTACLE_COLOUR, surface=decimate(surface, MOST_TRIANGLES))
 
 
 def _hull(points: Floats) -> Solid:

@@ -14,7 +14,7 @@ from mafsil.model import Mechanism
 from mafsil.model.loading import of_any_mechanism
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
-from mafsil.scene import Drawing, as_data, compact, packed
+from mafsil.scene import Drawing, as_data, compact, pack_floats
 from mafsil.whole_file import write_whole
 
 
@@ -33,7 +33,7 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
     drawing = Drawing(mechanism)
     centre, size, floor = drawing.extent(np.vstack([poses[:, :3, 3], tip[:3, 3]]), poses)
     scene = as_data(drawing.bodies(floor, poses)) | {
-        "poses": packed(compact(poses)),
+        "poses": pack_floats(compact(poses)),
         "tip": compact(tip).tolist(),
         "centre": centre,
         "size": size,

@@ -6,4 +6,4 @@ from mafsil.scene.solids import Body as Body
 from mafsil.scene.solids import Colour as Colour
 from mafsil.scene.solids import Solid as Solid
 from mafsil.scene.solids import as_data as as_data
-from mafsil.scene.solids import packed as packed
+from mafsil.scene.solids import pack_floats as pack_floats

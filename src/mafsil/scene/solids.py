@@ -60,7 +60,7 @@ def as_data(bodies: Iterable[Body]) -> dict[str, Any]:
     }
 
 
-def packed(array: Floats) -> str:
+def pack_floats(array: Floats) -> str:
     """Little-endian float32, base64."""
     return _encode(np.ascontiguousarray(array, dtype="<f4"))
 

@@ -42,7 +42,7 @@ def law_name(law: object) -> str:
     return str(getattr(named, "__name__", type(named).__name__))
 
 
-def decided(law: Law, t: float, q: JointVector, qd: JointVector, reference: Motion, whole: object) -> JointVector:
+def law_efforts(law: Law, t: float, q: JointVector, qd: JointVector, reference: Motion, whole: object) -> JointVector:
     """The efforts of a law at one tick, real and of the shape of q.
 
     The law may look at the state, which is that of the arm, and not write into it.

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, real_array, require_kind, whole
-from mafsil.control import Gains, combined
+from mafsil.control import Gains, combine
 from mafsil.control.joints import LearnedEffort
 from mafsil.errors import InputError
 from mafsil.messages.tables import number, on_screen, table
@@ -123,7 +123,7 @@ def learn(scenario: Scenario, passes: int = 8, *, gain: float = 1.0, cutoff: flo
     errors = list[Floats]()
     for _ in range(count):
         # 1
-        law = scenario.law if learned is None else combined(scenario.law, LearnedEffort(period, learned))
+        law = scenario.law if learned is None else combine(scenario.law, LearnedEffort(period, learned))
         run = simulate(replace(scenario, law=law))
         if run.status is SimulationStatus.INTERRUPTED:
             raise KeyboardInterrupt

@@ -22,7 +22,7 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.simulation.chunk_runs import Outcomes, chunk_outcomes, chunk_size, recorded_alone
-from mafsil.simulation.recording import Recording, SimulationStatus, joined
+from mafsil.simulation.recording import Recording, SimulationStatus, join_recordings
 from mafsil.simulation.run import Progress
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.variation import Variants, Variation, drawn, drawn_name
@@ -137,7 +137,7 @@ class MonteCarlo(Answer):
             parts.append(only)
             if sum(part.duration for part in parts) > self.outcomes.end[k] + INSTANT:
                 break
-        tape = joined(parts)
+        tape = join_recordings(parts)
         if self.outcomes.finished[k]:
             return tape
         status = SimulationStatus.LOOPS_LOST if self.outcomes.lost[k] else SimulationStatus.BLOWN_UP

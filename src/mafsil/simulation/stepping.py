@@ -110,7 +110,7 @@ class Stepper:
             return damped_acceleration(self.plant, q, qd, effort, push, self.step)
         return self.plant.acceleration(q, qd, effort, push)
 
-    def settled(self, q: JointVector, qd: JointVector) -> State:
+    def settle(self, q: JointVector, qd: JointVector) -> State:
         """The state that a step begins with: of a tree the one that the step before left.
 
         Args:

@@ -56,7 +56,7 @@ class Trajectory(Protocol):
 class Stretchable(Trajectory, Protocol):
     """A trajectory that can be run slower or faster on the same path."""
 
-    def stretched(self, factor: float) -> Stretchable:
+    def scale_time(self, factor: float) -> Stretchable:
         """The same path, `factor` times as slow."""
         ...
 

@@ -226,7 +226,7 @@ def _derive_ik(robot: Robot) -> Derivation:
     def solutions(T: PoseMatrix) -> Floats:
         assert form is not None
         rows = form.solve(T)
-        return rows.q[rows.found()]
+        return rows.q[rows.solves_pose()]
 
     return derivation.derive_ik(robot.mechanism, None if form is None else form.pattern, solutions)
 

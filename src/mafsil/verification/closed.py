@@ -38,7 +38,7 @@ class ClosedStates:
 
     Attributes:
         states: q, qd, qdd (b, n) that keep the loops closed; tau (b, n) of the driven joints alone.
-        tolerance: (b,) gap up to which `ClosedChain.closed` calls them closed.
+        tolerance: (b,) gap up to which `ClosedChain.close_loops` calls them closed.
         G: (b, r, n), c: (b, r) of the loops.
         N: (b, n, f) orthonormal motions that they leave, coordinates in their units.
         margin: (b,) smallest singular value that counts over the largest: what near singular states cost.
@@ -65,10 +65,10 @@ def closed_states(chain: ClosedChain, loops: LoopBook, size: ArmSize, count: int
         seed: of the random numbers.
     """
     drawn = random_states(chain.robot.mechanism, size, DRAWS * count, seed)
-    found = chain.closed(drawn.q, tries=1)
+    found = chain.close_loops(drawn.q, tries=1)
     good = np.flatnonzero(found.found)
     if not len(good):
-        found = chain.closed(drawn.q[:count])
+        found = chain.close_loops(drawn.q[:count])
         good = np.flatnonzero(found.found)
     if not len(good):
         return None

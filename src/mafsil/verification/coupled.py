@@ -7,7 +7,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector
 
 
-def solved(M: Floats, load: JointVector) -> JointVector:
+def solve_coupled(M: Floats, load: JointVector) -> JointVector:
     """(n,) qdd of M qdd = load; infinite where M cannot be inverted, so that nothing agrees with it."""
     try:
         return np.linalg.solve(M, load).astype(np.float64, copy=False)

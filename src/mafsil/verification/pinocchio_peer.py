@@ -11,7 +11,7 @@ from mafsil.arrays import Floats
 from mafsil.mechanics.states import States
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import JointKind, Mechanism
-from mafsil.verification.coupled import solved
+from mafsil.verification.coupled import solve_coupled
 
 OURS = [3, 4, 5, 0, 1, 2]
 """Rows (v, omega) of Pinocchio in our order."""
@@ -104,7 +104,7 @@ class _Pinocchio:
         upper = np.triu(pin.crba(model, data, x))
         found["mass_matrix"] = B.T @ (upper + np.triu(upper, 1).T) @ B
         if self.follows:
-            found["forward_dynamics"] = solved(
+            found["forward_dynamics"] = solve_coupled(
                 found["mass_matrix"], tau - B.T @ pin.nonLinearEffects(model, data, x, xd)
             )
         else:

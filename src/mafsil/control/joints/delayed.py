@@ -67,7 +67,7 @@ class _Queue:
         return self._whole.session(period)
 
 
-def delayed(law: Law | LawFunction, delay: float) -> Delayed:
+def add_delay(law: Law | LawFunction, delay: float) -> Delayed:
     """A law whose efforts act a delay after the measurement.
 
     Args:

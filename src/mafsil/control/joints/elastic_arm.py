@@ -49,7 +49,7 @@ class ElasticArm:
         """Number of joints."""
         return self.links.n
 
-    def transmitted(self, state: ElasticState) -> JointVector:
+    def spring_effort(self, state: ElasticState) -> JointVector:
         """f (*batch, n) that the springs exert on the links [N m | N]."""
         return self.stiffness * (state.motor - state.q) + self.damping * (state.motor_rate - state.qd)
 
@@ -60,7 +60,7 @@ class ElasticArm:
             state: where they are.
             tau: (*batch, n) efforts of the motors at the joint [N m | N].
         """
-        f = self.transmitted(state)
+        f = self.spring_effort(state)
         return self.links.forward_dynamics(state.q, state.qd, f), (np.asarray(tau) - f) / self.motor_inertia
 
     def energy(self, state: ElasticState) -> Floats:

@@ -203,7 +203,7 @@ class ElasticLinearization:
         """Efforts (*batch, n) [N m | N]."""
         arm, q, qd = self.arm, state.q, state.qd
         # 1
-        f = arm.transmitted(state)
+        f = arm.spring_effort(state)
         qdd = arm.links.forward_dynamics(q, qd, f)
         still = np.zeros_like(qdd)
         slope = arm.stiffness * (state.motor_rate - qd) - self._derivative(FIRST, q, qd, qdd, still, still) / APART

@@ -21,8 +21,8 @@ from mafsil.control.laws.law import FunctionLaw as FunctionLaw
 from mafsil.control.laws.law import Law as Law
 from mafsil.control.laws.law import LawFunction as LawFunction
 from mafsil.control.laws.law import as_law as as_law
-from mafsil.control.laws.law import combined as combined
-from mafsil.control.laws.law import saturated as saturated
+from mafsil.control.laws.law import combine as combine
+from mafsil.control.laws.law import saturate as saturate
 from mafsil.control.laws.law_export import export_law as export_law
 from mafsil.control.laws.law_memory import LawMemory as LawMemory
 from mafsil.control.laws.linear_quadratic import LinearQuadratic as LinearQuadratic

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, calculable, frozen, real_array, require_finite, whole
 from mafsil.errors import InputError
-from mafsil.fields import checked, finite
+from mafsil.fields import check_fields, finite
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,7 +23,7 @@ class Gains:
     kp: Floats
     kd: Floats
     ki: Floats
-    __post_init__ = checked(kp=finite(), kd=finite(), ki=finite())
+    __post_init__ = check_fields(kp=finite(), kd=finite(), ki=finite())
 
     @classmethod
     def of(cls, n: int, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0) -> Gains:

@@ -20,7 +20,7 @@ class Linear(Value):
 
     frame: str | None = None
 
-    def matched(self, sign: str, other: Any) -> Self:
+    def match_units(self, sign: str, other: Any) -> Self:
         """The other value, if it is of this kind; in the unit of this one where there are units.
 
         Raises:
@@ -31,11 +31,11 @@ class Linear(Value):
         return other
 
     def __add__(self, other: Self) -> Self:
-        right = self.matched("+", other)
+        right = self.match_units("+", other)
         return replace(self, array=self.array + right.array, frame=labels.same("+", self.frame, right.frame))
 
     def __sub__(self, other: Self) -> Self:
-        right = self.matched("-", other)
+        right = self.match_units("-", other)
         return replace(self, array=self.array - right.array, frame=labels.same("-", self.frame, right.frame))
 
     def __neg__(self) -> Self:

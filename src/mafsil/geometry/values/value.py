@@ -73,11 +73,11 @@ class Value(metaclass=ValueType):
     """Number of core dimensions."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "array", frozen(require_finite(type(self).__name__, self.accepted(self.array))))
+        object.__setattr__(self, "array", frozen(require_finite(type(self).__name__, self.check_array(self.array))))
 
     @staticmethod
     @abstractmethod
-    def accepted(array: Any) -> Floats:
+    def check_array(array: Any) -> Floats:
         """The numbers, if they are what the type promises; otherwise InputError."""
 
     if not TYPE_CHECKING:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.geometry import rotation
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.refine import refined
+from mafsil.ik.refine import refine_rows
 from mafsil.ik.tolerances import EXACT_POSE, HIDDEN, PART_OF_BEND, STRAIGHT
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
 
@@ -21,7 +21,7 @@ NEARLY = 1e-2
 """Angle up to which a wrist may be straight but for rounding [rad]: four merged roots are split by its fourth root."""
 
 
-def straightened(
+def straighten_wrist(
     setting: Setting, pattern: ArmPattern, T: PoseMatrix, q: JointVector, free: NDArray[np.int64]
 ) -> tuple[JointVector, NDArray[np.int64]]:
     """Solutions with the wrist locked straight where that reaches the pose, and the coordinates that are free then.
@@ -43,7 +43,7 @@ def straightened(
         if len(rows):
             start = q[rows]
             start[:, bend[0]] -= off[rows]
-            found, residual = refined(setting.robot, start, poses[rows], setting.mask, None, locked=bend)
+            found, residual = refine_rows(setting.robot, start, poses[rows], setting.mask, None, locked=bend)
             reached = residual <= np.maximum(STRAIGHT, np.minimum(HIDDEN, PART_OF_BEND * np.abs(off[rows])))
             rows = rows[reached]
             q, free = q.copy(), free.copy()

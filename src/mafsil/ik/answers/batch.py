@@ -79,7 +79,7 @@ class SolutionBatch(Answer):
         self.setting, self.T, self.others, self.tolerance = request
         part = self.setting.part
         q = q.reshape(*self.T.shape[:-2], *q.shape[1:])
-        self.q = q if part.places is None else part.lifted(q, self.others)
+        self.q = q if part.places is None else part.lift(q, self.others)
         self._made, self._moving = columns, moving
 
     @lazy
@@ -251,7 +251,7 @@ class SolutionBatch(Answer):
             setting.upper,
             setting.revolute,
         )
-        return part.lifted(nearest.reshape(start.shape), given)
+        return part.lift(nearest.reshape(start.shape), given)
 
 
 def finite_poses(T: PoseMatrix) -> PoseMatrix:

@@ -106,7 +106,7 @@ class SolutionSet(Answer):
         isolated: bool,
     ) -> None:
         part = question.setting.part
-        self.own, self.q = q, q if part.places is None else part.lifted(q, question.others)
+        self.own, self.q = q, q if part.places is None else part.lift(q, question.others)
         self.method, self._setting, self._isolated = method, question.setting, isolated
         # Set here, these stand in front of the properties that compute them.
         vars(self).update(residual=residual, within=within, rows=rows, codes=codes, own_free=free, _question=question)
@@ -229,7 +229,7 @@ class SolutionSet(Answer):
     def q_nearest(self) -> JointVector:
         """(n,) the best solution; where there is none, the configuration of the nearest pose that was found."""
         if not len(self.q):
-            return self._setting.part.lifted(self._question.refusal.q, self._question.others)
+            return self._setting.part.lift(self._question.refusal.q, self._question.others)
         return self.q[int(np.flatnonzero(self.within)[0])] if self.within.any() else self.q[self._least_beyond]
 
     @lazy
@@ -367,7 +367,7 @@ class SolutionSet(Answer):
         nearest = winding_loops.nearest_rows(
             self.own[None], valid, start, setting.lower, setting.upper, setting.revolute
         )
-        return setting.part.lifted(nearest[0], given)
+        return setting.part.lift(nearest[0], given)
 
     def multi_turn_solutions(self, limit: int = 4096) -> JointVector:
         """(m, n) every solution within the limits, with every whole turn that its joints have room for.
@@ -380,7 +380,7 @@ class SolutionSet(Answer):
         choices = ([self._turns(float(x), i) for i, x in enumerate(q)] for q in self.own[self.within])
         rows = list(islice((row for one in choices for row in product(*one)), limit))
         own = np.reshape(rows, (-1, self.own.shape[-1]))
-        return self._setting.part.lifted(own, self._question.others)
+        return self._setting.part.lift(own, self._question.others)
 
     @property
     def _least_beyond(self) -> int:

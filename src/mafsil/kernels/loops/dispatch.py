@@ -11,7 +11,7 @@ from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.loops import entry, specialisation
 from mafsil.kernels.loops.definition import Definition
 from mafsil.kernels.loops.kinds import INTEGER, EditedError, Kind, kind_of
-from mafsil.kernels.loops.specialisation import Specialisation, specialised
+from mafsil.kernels.loops.specialisation import Specialisation, specialise
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def entry_for(definition: Definition, arguments: tuple[Any, ...]) -> Callable[..
 
 
 def _entry(definition: Definition, kinds: tuple[Kind, ...]) -> Callable[..., Any]:
-    loop = specialised(definition, kinds)
+    loop = specialise(definition, kinds)
     with _LOCK:
         found = _ENTRIES.get(loop)
         if found is None:
@@ -67,7 +67,7 @@ def _make(
         with _llvm:
             return [name], target.compile(text, target.host(), 1)
 
-    _, code = specialisation.obtained(key, name, compiled)
+    _, code = specialisation.obtain_code(key, name, compiled)
     places = specialisation.load(code, (entry.ENTRY, entry.LINKS), {})
-    table = entry.bound(places[entry.LINKS], address, classes)
+    table = entry.bind_entry(places[entry.LINKS], address, classes)
     return entry.builtin(places[entry.ENTRY], name, table, classes)

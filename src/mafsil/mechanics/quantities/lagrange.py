@@ -11,7 +11,7 @@ from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.energy import kinetic_energy, potential_energy
 from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
 from mafsil.mechanics.states import States
-from mafsil.mechanics.textbook import Textbook, along, gradient, repeated
+from mafsil.mechanics.textbook import Textbook, along, gradient, repeat_states
 
 
 def euler_lagrange(lagrangian: Expression, q: Expression, qd: Expression, qdd: Expression) -> Expression:
@@ -67,7 +67,7 @@ def christoffel_of(M: Expression, q: Expression) -> list[Expression]:
 def _by_complex_step(book: Textbook, s: States) -> Floats:
     """M qdd + (dM/dt) qd - dK/dq + dP/dq, all by the complex step."""
     momentum_rate = np.einsum("bij,bj->bi", along(book.mass_matrix, s.q, s.qd), s.qd)
-    slope = gradient(lambda q: book.kinetic_energy(q, repeated(s.qd, len(q))), s.q)
+    slope = gradient(lambda q: book.kinetic_energy(q, repeat_states(s.qd, len(q))), s.q)
     weight = gradient(book.potential_energy, s.q)
     return np.einsum("bij,bj->bi", book.mass_matrix(s.q), s.qdd) + momentum_rate - slope + weight
 

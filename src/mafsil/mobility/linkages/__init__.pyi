@@ -1,6 +1,6 @@
 from mafsil.mobility.linkages.drawing import common_freedoms as common_freedoms
 from mafsil.mobility.linkages.drawing import drawn_at as drawn_at
-from mafsil.mobility.linkages.drawing import locked as locked
+from mafsil.mobility.linkages.drawing import lock_joints as lock_joints
 from mafsil.mobility.linkages.drawing import split as split
 from mafsil.mobility.linkages.joint_coordinates import JointCoordinates as JointCoordinates
 from mafsil.mobility.linkages.joint_kind import KINDS as KINDS

@@ -65,7 +65,7 @@ def _move(each: LinkageJoint, T_parent: Floats, T_child: Floats, screws: Floats,
 
 
 @on_linkage
-def locked(linkage: Linkage, names: Iterable[str]) -> Linkage:
+def lock_joints(linkage: Linkage, names: Iterable[str]) -> Linkage:
     """The linkage with joints locked where they are drawn; their bodies become one, named after the first of them.
 
     Args:

@@ -27,7 +27,7 @@ from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 from mafsil.model.joint import require_lines
-from mafsil.model.library import spelled
+from mafsil.model.library import library_name
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.regular_file import whole_text
 from mafsil.toml_source import LARGEST_FILE, parsed_toml
@@ -62,7 +62,7 @@ def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
         source = source.linkage(float(np.mean(source.input_range or 0.0)))
     if isinstance(source, Linkage):
         return source if q is None else drawn_at(source, q)
-    if isinstance(source, str) and not Path(source).suffix and spelled(source) is None and not exists(source):
+    if isinstance(source, str) and not Path(source).suffix and library_name(source) is None and not exists(source):
         drawn = linkage(source)
         return drawn if q is None else drawn_at(drawn, q)
     if isinstance(source, str | PathLike):

@@ -30,7 +30,7 @@ from mafsil.model.loading import RobotFile
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
-from mafsil.model.repairing import Change, mended, of_errors
+from mafsil.model.repairing import Change, apply_repairs, of_errors
 from mafsil.model.source import Text, load
 from mafsil.model.urdf.vocabulary import WIDER_LIMITS, version_of
 from mafsil.model.xacro import is_xacro, left_over
@@ -115,7 +115,7 @@ def repair(
     def requested(diagnostic: Diagnostic) -> bool:
         return diagnostic.code in only if only else of_errors(diagnostic)
 
-    text, changes = mended(Path(source), DEFAULT_LIMITS, _combine(reader, repairs=is_urdf), requested)
+    text, changes = apply_repairs(Path(source), DEFAULT_LIMITS, _combine(reader, repairs=is_urdf), requested)
     return text.data.decode("utf-8"), changes
 
 
@@ -181,7 +181,7 @@ def _describe(source: str | PathLike[str]) -> Mechanism:
     """The mechanism of a table or of a library name."""
     if Path(source).suffix.lower() == ".toml":
         return table.read(Path(source))
-    if library.spelled(str(source)) is None:
+    if library.library_name(str(source)) is None:
         raise FileError("robot.no_file", source=str(source)[:100], close="", known=", ".join(library.robots()))
     return library.load(str(source))
 

@@ -29,7 +29,7 @@ from mafsil.model.mjcf.orientation import read_pose
 from mafsil.model.mjcf.scope import Part, Scope, Unfolding
 from mafsil.model.placement import screw_motion, translation
 from mafsil.model.reading import Reading
-from mafsil.model.xml_tree import Element, ReadLimits, Refusal, escaped
+from mafsil.model.xml_tree import Element, ReadLimits, Refusal, escape
 
 WORLD = "world"
 SOFT = ("composite", "flexcomp")
@@ -151,7 +151,7 @@ class TreeReader:
         if place.moves:
             self.reading.report(UNSUPPORTED, element, None, self.reading.remove(element), element=element.tag)
         else:
-            name = part.scope.named(element.get("name") or element.get("prefix")) or element.tag
+            name = part.scope.full_name(element.get("name") or element.get("prefix")) or element.tag
             self.tree.soft.append(name)
             self.reading.report(LOOSE_OBJECT, element, None, None, body=name)
 
@@ -160,7 +160,7 @@ class TreeReader:
         element, scope, tree = part.element, part.scope, self.tree
         name = tree.free("body", tree.poses)
         if "name" in element.attributes:
-            name = scope.named(self.reading.name(element))
+            name = scope.full_name(self.reading.name(element))
         if self._is_taken(element, name):
             return ""
         if len(tree.links) + len(tree.sites) + len(tree.frames) >= self.limits.links:
@@ -188,9 +188,9 @@ class TreeReader:
         for part in parts:
             tag, name = part.element.tag, part.element.get("name")
             if tag == "site" and name:
-                self.tree.sites.setdefault(part.scope.named(name), (body, _site_pose(self.reading, part)))
+                self.tree.sites.setdefault(part.scope.full_name(name), (body, _site_pose(self.reading, part)))
             elif tag == "frame":
-                self.tree.frames.setdefault(part.scope.named(name), (body, part.T))
+                self.tree.frames.setdefault(part.scope.full_name(name), (body, part.T))
 
     def _only_inertial(self, parts: list[Part]) -> Part | None:
         """The `inertial` of a body; a second one is reported."""
@@ -224,26 +224,26 @@ class TreeReader:
         """A body that floats in the world is noted; inside another body that is not possible."""
         if place.parent == WORLD:
             self.tree.floating[body] = (part.element, [])
-            self.tree.left_out.add(part.scope.named(part.element.get("name")))
+            self.tree.left_out.add(part.scope.full_name(part.element.get("name")))
         else:
             self.reading.report(FREE_JOINT, part.element, None, self.reading.remove(part.element), body=body)
 
     def _joint(self, part: Part, body: str, place: Place) -> list[Hinge]:
         """One hinge or slide, or none after an error or for a free joint."""
         reading, tree, settings = self.reading, self.tree, part.scope.library.settings
-        element = settings.styled(reading, part.element, part.childclass)
+        element = settings.apply_defaults(reading, part.element, part.childclass)
         kind = element.get("type", "hinge")
         if kind == "free":
             self._free(part, body, place)
             return []
         if kind == "ball":
             joint = element.get("name")
-            tree.left_out.add(part.scope.named(joint))
+            tree.left_out.add(part.scope.full_name(joint))
             reading.report(BALL_JOINT, part.element, None, _three_hinges(reading, part.element), joint=joint)
             return []
         name = tree.free("joint", tree.elements)
         if "name" in element.attributes:
-            name = reading.name(element) and part.scope.named(element.get("name"))
+            name = reading.name(element) and part.scope.full_name(element.get("name"))
         hinge = read_joint(reading, element, name, settings, part.T)
         if hinge is None:
             return []
@@ -262,17 +262,17 @@ class TreeReader:
             if part.element.tag == "geom":
                 library = part.scope.library
                 geom = read_geom(
-                    self.reading, library.settings.styled(self.reading, part.element, part.childclass), library
+                    self.reading, library.settings.apply_defaults(self.reading, part.element, part.childclass), library
                 )
                 if geom is not None:
-                    found.append(geom.moved(part.T))
+                    found.append(geom.in_frame(part.T))
         return found
 
 
 def _site_pose(reading: Reading, part: Part) -> PoseMatrix:
     """The pose (4, 4) of a site in its body; where two points are given, its z axis joins them."""
     settings = part.scope.library.settings
-    element = settings.styled(reading, part.element, part.childclass)
+    element = settings.apply_defaults(reading, part.element, part.childclass)
     ends = reading.vector(element, "fromto", 6) if "fromto" in element.attributes else None
     T = read_pose(reading, element, settings) if ends is None else along_line(np.array(ends))
     return frozen(part.T @ T)
@@ -281,9 +281,9 @@ def _site_pose(reading: Reading, part: Part) -> PoseMatrix:
 def _three_hinges(reading: Reading, joint: Element) -> Repair:
     """The repair that replaces a ball joint; the file must say its name if others refer to it."""
     name = joint.get("name") or "ball"
-    position = f' pos="{escaped(joint.get("pos"))}"' if "pos" in joint.attributes else ""
+    position = f' pos="{escape(joint.get("pos"))}"' if "pos" in joint.attributes else ""
     axes = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
-    text = "".join(f'<joint name="{escaped(name)}_{k}" type="hinge" axis="{a}"{position}/>' for k, a in axes.items())
+    text = "".join(f'<joint name="{escape(name)}_{k}" type="hinge" axis="{a}"{position}/>' for k, a in axes.items())
     (removal,) = reading.remove(joint).edits
     return Repair("robotfile.repair_three_hinges", (Edit(removal.start, removal.end, text),))
 

@@ -66,7 +66,7 @@ class Frames:
             self._known[step] = frozen(T)
         return self._known[name]
 
-    def placed(self, reading: Reading, name: str, element: Element) -> PoseMatrix:
+    def placement_frame(self, reading: Reading, name: str, element: Element) -> PoseMatrix:
         """The pose (4, 4) of the frame by which a model is placed, in the model, whose own place is not known yet."""
         T = self.pose(reading, name, element)
         self._known.clear()

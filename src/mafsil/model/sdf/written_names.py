@@ -51,7 +51,7 @@ def stands_in_world(mechanism: Mechanism) -> bool:
     return bare and base.name == WORLD and np.array_equal(mechanism.T_sb, np.eye(4))
 
 
-def renamed(mechanism: Mechanism) -> tuple[Mechanism, dict[str, str]]:
+def rename_for_sdf(mechanism: Mechanism) -> tuple[Mechanism, dict[str, str]]:
     """The mechanism with names that SDFormat takes, and those that had to be changed, new to old.
 
     Links keep theirs before joints do.

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, together
 from mafsil.one_joint.row_answer import RowAnswer
 
 
@@ -32,7 +32,7 @@ class SpeedFriction:
     viscous: Floats
     stribeck_speed: Floats
     exponent: Floats
-    _numbers = batched(
+    _numbers = check_batch(
         static=magnitude, kinetic=magnitude, viscous=magnitude, stribeck_speed=magnitude, exponent=above_zero
     )
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, require_kind
-from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, batched, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, check_batch, finite, magnitude, together
 from mafsil.one_joint.drives.dry_friction import SpeedFriction
 
 
@@ -39,7 +39,7 @@ class FrictionConditions:
     thinning: Floats
     reference: Floats
     stiffness: Floats
-    __post_init__ = batched(
+    __post_init__ = check_batch(
         load_share=magnitude,
         rest_time=magnitude,
         thinning=magnitude,

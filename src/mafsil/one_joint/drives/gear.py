@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, share, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, share, together
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,7 +26,7 @@ class Gear:
     motor_inertia: Floats
     efficiency: Floats
     motor_friction: Floats
-    __post_init__ = batched(ratio=above_zero, motor_inertia=magnitude, efficiency=share, motor_friction=magnitude)
+    __post_init__ = check_batch(ratio=above_zero, motor_inertia=magnitude, efficiency=share, motor_friction=magnitude)
 
     @classmethod
     def of(

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, as_batch, not_negative, number, positive, single, whole
 from mafsil.errors import InputError
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.geometry import rotation
 from mafsil.messages.tables import on_screen
 from mafsil.parallel.legs.leg_lines import line_matrix
@@ -49,7 +49,7 @@ class PlatformLimits:
     platform_cone: float = np.pi
     leg_radius: float = 0.0
     least_measure: float = 0.0
-    _numbers = checked(
+    _numbers = check_fields(
         shortest=number, longest=positive, base_cone=positive, platform_cone=positive, leg_radius=not_negative,
         least_measure=not_negative,
     )  # fmt: skip

@@ -33,11 +33,11 @@ class PoseSpace(Protocol):
         """Of the space, 6 or 3."""
         ...
 
-    def checked(self, name: str, x: object) -> Floats:
+    def check(self, name: str, x: object) -> Floats:
         """One pose that a user gave."""
         ...
 
-    def moved(self, x: Floats, step: Floats) -> Floats:
+    def integrate(self, x: Floats, step: Floats) -> Floats:
         """Poses x after steps (*batch, dimension) [m]."""
         ...
 
@@ -82,11 +82,11 @@ class SpatialPoses:
         """Of the robot [m]."""
         return self.robot.size
 
-    def checked(self, name: str, x: object) -> Floats:
+    def check(self, name: str, x: object) -> Floats:
         """(4, 4)."""
         return pose.check(np.asarray(x, dtype=np.float64), name)
 
-    def moved(self, x: Floats, step: Floats) -> Floats:
+    def integrate(self, x: Floats, step: Floats) -> Floats:
         """Rotated about axes of {b}, shifted in {s}."""
         R = x[..., :3, :3] @ rotation.exp(step[..., :3] / self.size)
         return pose.from_rotation_translation(R, x[..., :3, 3] + step[..., 3:])
@@ -134,11 +134,11 @@ class PlanarPoseSpace:
         """Of the robot [m]."""
         return self.robot.size
 
-    def checked(self, name: str, x: object) -> Floats:
+    def check(self, name: str, x: object) -> Floats:
         """(3,)."""
         return as_batch(name, x, (3,), finite=True)  # type: ignore[arg-type]
 
-    def moved(self, x: Floats, step: Floats) -> Floats:
+    def integrate(self, x: Floats, step: Floats) -> Floats:
         """Rotated, and shifted in {s}."""
         return x + step / np.array([1.0, 1.0, self.size])
 

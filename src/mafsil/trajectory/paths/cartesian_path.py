@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, crossed, require_finite
+from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, cross, require_finite
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 
@@ -85,7 +85,7 @@ class CartesianPath:
             return V, slope
         V[..., :3] = self._turn
         V[..., 3:] = self._chord @ T[..., :3, :3]
-        slope[..., 3:] = -crossed(V[..., :3], V[..., 3:])
+        slope[..., 3:] = -cross(V[..., :3], V[..., 3:])
         return V, slope
 
     @cached_property

@@ -9,7 +9,14 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, RotationMatrix, Vector3
 from mafsil.geometry import rotation
-from mafsil.trajectory.paths.rotation_motion import RotationMotion, exponential, inverse, logarithm, product, turned
+from mafsil.trajectory.paths.rotation_motion import (
+    RotationMotion,
+    exponential,
+    inverse,
+    logarithm,
+    product,
+    rotate_rows,
+)
 from mafsil.trajectory.profiles.polynomial import cubic_coefficients
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
@@ -80,7 +87,7 @@ class RotationSpline:
         h = np.diff(knots)
         turn = rotation.log(np.swapaxes(R[:-1], -1, -2) @ R[1:])
         w = _continuous_rates(turn, h)
-        ends = turned(rotation.right_jacobian_inverse(turn), w[1:])
+        ends = rotate_rows(rotation.right_jacobian_inverse(turn), w[1:])
         pieces = [cubic_coefficients(np.zeros(3), turn[i], w[i], ends[i], float(h[i])) for i in range(len(h))]
         theta = PiecewisePolynomial.from_pieces(h, pieces)
         return cls(R[:-1], PiecewisePolynomial(knots, theta.coefficients))
@@ -121,7 +128,7 @@ def _continuous_rates(turn: Vector3, h: Floats) -> Vector3:
         fixed[i - 1] = 6 * turn[i] / after**2 + 6 * J[i - 1] @ turn[i - 1] / before**2
     inner: Floats = M[:, 3:-3]
     for _ in range(MOST_ROUNDS):
-        slope = turned(J_inverse[:-1], w[1:-1])
+        slope = rotate_rows(J_inverse[:-1], w[1:-1])
         convective = exponential(turn[:-1], slope, np.zeros_like(slope)).a
         right: Floats = (fixed - convective).ravel() - M[:, :3] @ w[0] - M[:, -3:] @ w[-1]
         found: Vector3 = np.linalg.solve(inner, right).astype(np.float64).reshape(-1, 3)

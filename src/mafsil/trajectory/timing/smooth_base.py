@@ -16,7 +16,7 @@ SHARES = (0.0, 0.5, 1.0)
 """Of each piece, where what is imposed is looked at."""
 
 
-def smoothed(timing: Timing, width: float, pieces: int) -> PiecewisePolynomial:
+def smooth_timing(timing: Timing, width: float, pieces: int) -> PiecewisePolynomial:
     """s(tau) of a timing from rest to rest whose path velocity is averaged over a window; it takes as much longer.
 
     1. Knots, half of them evenly in time, half by the variation of the averaged acceleration: close in its ramps.
