@@ -10,7 +10,7 @@ import msgspec
 
 from mafsil.job import lines
 from mafsil.job.description import Job, SceneFile
-from mafsil.job.language import JobFile, in_si, require_signals, resolve, fill_variables, with_cells
+from mafsil.job.language import JobFile, fill_variables, in_si, require_signals, resolve, with_cells
 from mafsil.job.language.constraint_checks import require_keepable
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.key_checks import refuse_not_finite, refuse_unknown, require_keys, translate_complaint

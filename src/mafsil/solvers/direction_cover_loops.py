@@ -14,7 +14,7 @@ so with w_ = sum l_p w_p and any 0 <= s <= 1, where the w_p reach a positive hei
 and if V' (Y - b^2 I) V is a nonnegative plus a positive semidefinite matrix, the cone is proven (second order): kinks
 and curvature are exact to second order, so that minima in the middle of a cone can be proven too.
 
-The search is branch and bound (`prove_cover`): orthants wait on a stack; a cone is proved by cutting planes (`examine`),
+Branch and bound (`prove_cover`): orthants wait on a stack, a cone is proved by cutting planes (`examine`),
 whose multipliers come from a matrix game (`game`), to first or second order (`second_order`), or is halved (`halve`).
 """
 
