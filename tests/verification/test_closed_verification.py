@@ -92,7 +92,7 @@ def test_coupled_joints_move_with_their_leaders() -> None:
     assert right is not None
     right.chain = wrong
     assert {check.routine for check in right.checks()[0] if not check.passed} >= {
-        "ClosedChain.closed", "ClosedChain.terms (rows)", "ClosedChain.forward_dynamics",
+        "ClosedChain.close_loops", "ClosedChain.terms (rows)", "ClosedChain.forward_dynamics",
     }  # fmt: skip
 
 

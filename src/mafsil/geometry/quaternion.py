@@ -60,7 +60,7 @@ def from_quaternion(q: UnitQuaternionLike) -> RotationMatrix:
     ...
 
 
-@compile_function("quaternion.normalised")
+@compile_function("quaternion.normalise")
 def normalise_quaternion(q: NonzeroQuaternionLike) -> Quaternion:
     """(*batch, 4) q / |q|, of any length but zero.
 

@@ -67,7 +67,7 @@ def nearest_point(S: Vector6Like) -> Vector3:
     ...
 
 
-@compile_function("screw.normalised")
+@compile_function("screw.normalise")
 def normalise(V: Vector6Like) -> Vector6:
     """(*batch, 6) unit screw of twists (*batch, 6); zero for the zero twist."""
     ...

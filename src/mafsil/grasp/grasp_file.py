@@ -56,6 +56,6 @@ def read_grasp_file(path: Path) -> GraspFile:
 
 
 def parse_grasp_file(data: Any, source: str, folder: Path | None = None) -> GraspFile:
-    """The grasp in plain data; arguments and errors as of `description.described`."""
+    """The grasp in plain data; arguments and errors as of `description.parse_description`."""
     found = parse_description(data, source, folder)
     return GraspFile(Grasp(found.contacts, found.name), found.load, found.outline, found.body)

@@ -137,7 +137,7 @@ class ClosedJudge:
         own = np.abs(terms.J * unit).max(axis=(1, 2)) * (fast + fast**2 + np.abs(qdd / unit).max(axis=1))
         curved = np.einsum("brn,bn->br", self.closed.G, follow) + self.closed.c
         return [
-            self._check("closed", open_by / bound * self.limit, "loop_positions"),
+            self._check("close_loops", open_by / bound * self.limit, "loop_positions"),
             self._check("terms (rows)", left * self.closed.margin, "loop_rows"),
             self._check("terms (bias)", np.abs(slow[..., 0] + terms.gamma).max(axis=1) / own, "loop_curvature"),
             self._check("rates", _most(np.einsum("brn,bn->br", self.closed.G, rates)) / (largest * fast), "loop_rows"),
