@@ -13,8 +13,8 @@ from mafsil.control.contact import (
     ContactMode,
     applied_wrench,
     constrained_dynamics,
+    constraint_in_joints,
     contact_mode,
-    in_joints,
     tip_wrench_of,
 )
 from mafsil.errors import InputError
@@ -108,7 +108,7 @@ def test_constrained_motion_against_the_whole_system(m, data):
     assert np.linalg.matrix_rank(P, tol=1e-7) == m - k
     np.testing.assert_allclose(N.T @ F, N.T @ (Lambda @ held.acceleration + h), atol=1e-8)
     J = rng.normal(size=(m, m))
-    np.testing.assert_allclose(in_joints(A, J), A @ J)
+    np.testing.assert_allclose(constraint_in_joints(A, J), A @ J)
 
 
 @pytest.mark.capability("10-70", "10-113")
@@ -117,9 +117,9 @@ def test_constraints_said_in_joints_have_the_same_multipliers():
     now = task_dynamics(UR5E, Q, qd)
     A = np.eye(6)[[2, 5]]
     at_tip = constrained_dynamics(now.inertia, now.velocity_force + now.gravity_force, A, F, now.V)
-    rate = in_joints(A, now.J_rate)
+    rate = constraint_in_joints(A, now.J_rate)
     bias = UR5E.velocity_torque(Q, qd) + UR5E.gravity_torque(Q)
-    at_joints = constrained_dynamics(UR5E.mass_matrix(Q), bias, in_joints(A, now.J), now.J.T @ F, qd, rate)
+    at_joints = constrained_dynamics(UR5E.mass_matrix(Q), bias, constraint_in_joints(A, now.J), now.J.T @ F, qd, rate)
     np.testing.assert_allclose(at_joints.multipliers, at_tip.multipliers, atol=1e-8)
     with pytest.raises(InputError, match="depend"):
         constrained_dynamics(now.inertia, np.zeros(6), [[1.0, 0, 0, 0, 0, 0], [2.0, 0, 0, 0, 0, 0]], F)

@@ -196,7 +196,7 @@ def test_an_integral_that_waits_at_the_limit_is_that_of_the_one_joint_loop(tmp_p
             integrator="rk4",
         )
     )  # fmt: skip
-    known = one_joint.run_sampled(
+    known = one_joint.simulate_sampled(
         one_joint.JointArm.of(0.5, 1.0, 0.1, 0.1), one_joint.JointLaw.pid(8.0, 6.0, 2.0), 1.2, 4.0, period=0.01,
         start=-1.0, conditions=one_joint.LoopConditions(torque_limit=1.6, anti_windup=anti_windup, tachometer=True),
     )  # fmt: skip
@@ -219,7 +219,7 @@ def test_a_law_behind_encoders_is_the_sampled_loop_of_one_joint(tmp_path, filter
             integrator="rk4", saturate=False,
         )
     )  # fmt: skip
-    known = one_joint.run_sampled(
+    known = one_joint.simulate_sampled(
         one_joint.JointArm.of(0.5, 1.0, 0.1, 0.1), one_joint.JointLaw.pid(8.0, 1.0, 2.0), 0.4, 2.0, period=0.01,
         start=-0.3, conditions=one_joint.LoopConditions(quantum=0.01, filter_time=filter_time),
     )  # fmt: skip
@@ -274,7 +274,7 @@ def test_certificates_of_other_laws_are_refused(certificate):
         lambda: mf.control.analysis.impedance_class(None, SOFT),
         lambda: mf.control.motor_feedback(mf.load("planar2r"), 1.0, 1.0),
         lambda: mf.control.citation(["hogan1985"]),
-        lambda: mf.control.contact.in_joints([[1.0, 0.0]], np.eye(3)),
+        lambda: mf.control.contact.constraint_in_joints([[1.0, 0.0]], np.eye(3)),
         lambda: mf.control.contact.free_speed([1.0, 2.0], 0.5, 1.0, 2.0, 1.0, 0.1),
         lambda: one_joint.joint_margins(mf.load("planar2r"), one_joint.JointLaw.pid(1.0)),
         lambda: one_joint.sampled_stability(one_joint.JointArm.of(1.0), pid(1, 1.0), 0.01),

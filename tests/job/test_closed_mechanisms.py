@@ -10,7 +10,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import JobError
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.parallel import ClosedChain
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -26,12 +26,12 @@ step = 0.002
 
 
 def run(text: str):
-    return solve(parse(JOB + text), JOB + text, JOBS)
+    return solve(parse_job(JOB + text), JOB + text, JOBS)
 
 
 def test_the_palletiser_does_its_job():
     text = (JOBS / "palletiser.toml").read_text()
-    done = solve(parse(text), text, JOBS)
+    done = solve(parse_job(text), text, JOBS)
     assert isinstance(done, Run)
     assert done
     tape, chain = done.recording, ClosedChain(done.robot)
@@ -73,7 +73,7 @@ def test_a_robot_that_is_too_weak_is_said_to_be():
 
     def solved(folder: Path):
         (folder / "weak.xml").write_text(weak)
-        return solve(parse(text), text, folder)
+        return solve(parse_job(text), text, folder)
 
     import tempfile
 
@@ -112,13 +112,13 @@ def test_moves_that_the_loops_forbid_are_refused(tmp_path):
     head = 'robot = "bars.xml"\n[tool]\nlink = "coupler"\n[start]\njoints = [0.3, 0.5, 1.5]\n'
     for goal in (2.5, -2.5):
         text = head + f"[[move]]\nname = 'over'\njoints = [{goal}]\n"
-        refused = solve(parse(text), text, tmp_path)
+        refused = solve(parse_job(text), text, tmp_path)
         assert isinstance(refused, Refusal)
         assert "no closed configuration was found" in refused.explain("en")
         assert "over" in refused.explain("en")
         assert "over" in refused.explain("ar")
     text = 'robot = "bars.xml"\n[tool]\nlink = "coupler"\n[start]\njoints = [3.1]\n[[move]]\njoints = [3.0]\n'
-    refused = solve(parse(text), text, tmp_path)
+    refused = solve(parse_job(text), text, tmp_path)
     assert isinstance(refused, Refusal)
     assert "not found" in refused.explain("en")
 

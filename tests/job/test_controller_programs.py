@@ -12,7 +12,7 @@ from mafsil.cli.main import main
 from mafsil.errors import FileError, InputError
 from mafsil.geometry.quaternion import to_quaternion
 from mafsil.job.controller_program import LANGUAGES, instructions, language_of, read_program, write_program
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.solve import prepare
 from mafsil.model import library
 
@@ -61,8 +61,8 @@ def planned(robot, moves=MOVES):
         start = low + (high - low) * np.random.default_rng(seed).uniform(0.2, 0.8, arm.n)
         goal = start + 0.05 * (high - low) * np.cos(np.arange(arm.n))
         made = text.replace("START", str(start.tolist())).replace("GOAL", str(goal.tolist()))
-        if found := prepare(parse(made), made, Path()):
-            return made, parse(made), *found
+        if found := prepare(parse_job(made), made, Path()):
+            return made, parse_job(made), *found
     raise AssertionError(found)
 
 
@@ -79,7 +79,7 @@ def again(text, steps, robot):
             pose = f"position = {p}, quaternion = {w}"
             lines.append(f'[[move]]\npose = {{ {pose} }}\npath = "line"')
     made = "\n".join([head, f"[start]\njoints = {first}", *lines])
-    return [leg for leg in prepare(parse(made), made, Path())[1].legs if leg.kind in ("joint", "line")]
+    return [leg for leg in prepare(parse_job(made), made, Path())[1].legs if leg.kind in ("joint", "line")]
 
 
 @pytest.mark.parametrize("name", LANGUAGES)

@@ -12,7 +12,7 @@ import mafsil as mf
 from mafsil.job.equipment import Equipment
 from mafsil.job.limiting import DECIDES, MORE, labels_of, limits_of_cycle, most_used, name_limit, would_save
 from mafsil.job.move_planner import plan
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.messages.quantities import quantity
 from tests.job.test_job_planning import planned
 
@@ -58,7 +58,7 @@ def cycle_with(text=TEXT, robot=None):
     if robot is None:
         _, again = planned(text)
     else:
-        job = parse(text)
+        job = parse_job(text)
         again = plan(job, (Equipment(None, job.tool, robot, np.eye(4), np.eye(4)),), text=text)
     assert again.legs
     return again.duration

@@ -17,7 +17,7 @@ ANGLES = st.floats(-50, 50, allow_nan=False)
 @pytest.mark.capability("02-26", "02-27", "02-28", "02-29", "02-36")
 def test_spaces_of_bodies():
     names = {
-        name: (mo.space_named(name).name, mo.space_named(name).dimension)
+        name: (mo.named_space(name).name, mo.named_space(name).dimension)
         for name in mo.spaces.configuration_space_names()
     }
     assert names["door"] == ("I", 1)
@@ -27,7 +27,7 @@ def test_spaces_of_bodies():
     assert names["body in space"] == ("SE(3)", 6)
     assert names["rolling coin"] == ("R^2 x T^2", 4)
     with pytest.raises(mf.InputError, match="there is no space pillow"):
-        mo.space_named("pillow")
+        mo.named_space("pillow")
 
 
 @pytest.mark.capability("02-77", "02-70", "02-71", "02-73")
@@ -47,8 +47,8 @@ def test_spaces_of_chains():
     assert mo.configuration_space(mo.linkages.as_linkage("ur5e")).dimension == 6
     with pytest.raises(mf.InputError, match="1 loops"):
         mo.configuration_space(library.four_bar())
-    assert mo.space_named("position and angle").dimension == 4
-    assert mo.space_named("position and direction").name == "R^3 x S^2"
+    assert mo.named_space("position and angle").dimension == 4
+    assert mo.named_space("position and direction").name == "R^3 x S^2"
     assert mo.spaces.task_redundancy(6, "position and direction") == 1
     assert mo.spaces.task_redundancy(4, "position and angle") == 0
 
@@ -113,7 +113,7 @@ def test_explicit_and_implicit_body_of_the_plane():
 @pytest.mark.capability("02-25", "02-80")
 def test_every_point_of_every_body():
     linkage = library.four_bar()
-    found = mo.linkages.closed_near(linkage, [[0.0] * 4, [0.3, 0, 0, 0]], fixed=["A"])
+    found = mo.linkages.close_loops_near(linkage, [[0.0] * 4, [0.3, 0, 0, 0]], fixed=["A"])
     C = linkage.joints[linkage.index_of(["C"])[0]].point
     on_coupler = mo.point_position(linkage, "coupler", C, found.theta)
     on_rocker = mo.point_position(linkage, "rocker", C, found.theta)
@@ -139,9 +139,9 @@ def test_table_of_joints():
         kind = mo.linkages.KINDS[letter]
         assert kind.freedoms == freedoms
         if plane is not None:
-            assert mo.count(2, [freedoms], "planar").constraints == (plane,)
+            assert mo.gruebler_count(2, [freedoms], "planar").constraints == (plane,)
         if space is not None:
-            assert mo.count(2, [freedoms], "spatial").constraints == (space,)
+            assert mo.gruebler_count(2, [freedoms], "spatial").constraints == (space,)
         second, pitch = ([1, 0, 0] if letter in ("U", "RP") else None), (0.2 if letter == "H" else 0.0)
         drawn = mo.joint("J", letter, ["ground", "body"], [0.3, -0.2, 0.5], [0, 0, 1], second=second, pitch=pitch)
         assert np.linalg.matrix_rank(drawn.screws) == freedoms

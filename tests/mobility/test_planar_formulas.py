@@ -43,10 +43,11 @@ def test_small_directions_straight_ways_and_counts_below_zero():
     straight = mo.bodies.Unicycle().drive([1.0, 2.0, 0.5], 3.0, [0.0, 1e-12], 2.0)
     np.testing.assert_allclose(straight, [[1 + 6 * np.cos(0.5), 2 + 6 * np.sin(0.5), 0.5]] * 2, atol=1e-9)
     statuses = [
-        mo.count(4, f, rule).status.name for f, rule in (([1] * 4, "planar"), ([1] * 5, "planar"), ([1] * 4, "spatial"))
+        mo.gruebler_count(4, f, rule).status.name
+        for f, rule in (([1] * 4, "planar"), ([1] * 5, "planar"), ([1] * 4, "spatial"))
     ]
     assert statuses == ["MOVES", "TOO_MANY", "TOO_MANY"]
-    assert mo.count(5, [1] * 6, "planar").status.name == "NONE_LEFT"
+    assert mo.gruebler_count(5, [1] * 6, "planar").status.name == "NONE_LEFT"
     cart = mo.bodies.Cart(0.1, 0.4)
     q = cart.drive([0.0, 0.0, 0.2, 1.0, -1.0], [2.0, -0.5], 1.5)
     assert cart.first_integral(q) == pytest.approx(cart.first_integral(np.array([0.0, 0.0, 0.2, 1.0, -1.0])))

@@ -115,7 +115,9 @@ def test_a_mechanism_as_a_linkage_moves_as_it_did(kind):
     for each in linkage.joints:
         if each.name != "loop":
             np.testing.assert_allclose(each.point, robot.forward_kinematics(q, frame=each.child)[:3, 3], atol=1e-12)
-    rates = mobility.instantaneous(linkage).rates[tree] * mobility.linkages.loop_closure.units(linkage)[tree, None]
+    rates = (
+        mobility.instantaneous_mobility(linkage).rates[tree] * mobility.linkages.loop_closure.units(linkage)[tree, None]
+    )
     J = chain.terms(q, np.zeros(mechanism.n)).J
     assert np.abs(J @ rates).max() < 1e-9
     assert np.linalg.matrix_rank(rates) == mechanism.n - np.linalg.matrix_rank(J)
@@ -182,7 +184,7 @@ def test_a_linkage_drawn_elsewhere_moves_on_from_there():
         )  # fmt: skip
     linkage = mobility.Linkage.of(joints)
     theta, step = rng.uniform(-1, 1, (2, linkage.coordinates))
-    there = mobility.linkages.drawn_at(linkage, theta)
+    there = mobility.linkages.draw_at(linkage, theta)
     before, after = mobility.linkages.body_poses(linkage, np.stack([theta, theta + step]))
     np.testing.assert_allclose(mobility.linkages.body_poses(there, step), after @ pose.inverse(before), atol=1e-12)
     for old, new in zip(linkage.joints, there.joints, strict=True):

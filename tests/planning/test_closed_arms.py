@@ -185,5 +185,5 @@ def test_hinges_and_fixed_joints_are_kept_by_points(palletiser):
     loop = palletiser.mechanism.loops[0]
     for kind, count in ((JointKind.SPHERICAL, 1), (JointKind.REVOLUTE, 2), (JointKind.FIXED, 3)):
         closing = Joint("end", kind, loop.parent, loop.child, loop.T_pj, axis=np.array([0, 1.0, 0]))
-        assert len(planning.loops_kept(replace(palletiser.mechanism, loops=(closing,)))) == count
-    assert planning.loops_kept(mf.load("ur5e").mechanism) == ()
+        assert len(planning.loop_constraints(replace(palletiser.mechanism, loops=(closing,)))) == count
+    assert planning.loop_constraints(mf.load("ur5e").mechanism) == ()

@@ -221,7 +221,7 @@ def space(folder: str) -> dict[str, Any]:
         "HIGH": high,
         "FIVES": parallel.FiveBar(1.0, 2.0, 2.0, 1.0, 1.5),
         "RPR": parallel.PlanarThreeRPR(np.array([[0, 0], [1, 0], [0, 1.0]]), 0.3 * np.array([[0, 0], [1, 0], [0, 1]])),
-        "FIELD": planning.PotentialField.of([1.0, 0.0], [planning.disc([0.5, 0.5], 0.1)]),
+        "FIELD": planning.PotentialField.of([1.0, 0.0], [planning.disc_distance([0.5, 0.5], 0.1)]),
         "PLAN": planning.plan(names["CHECKER"], None, q2, names["G2"]),
         "RECORDING": simulation.simulate(names["SHORT"]),
         "JERKY": trajectory.jerk_limited([0.0], [1.0], names["MOVE1"]),

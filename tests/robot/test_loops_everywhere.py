@@ -50,7 +50,7 @@ CLOSED = {
     "mafsil.model.sdf.write": "writes the loops: tests/model/sdf/test_sdf_writer.py",
     "mafsil.parallel.ClosedChain": "the closed chain itself: tests/parallel/test_closed_dynamics.py",
     "mafsil.parallel.closed_inverse_kinematics": "tests/parallel/test_closed_poses.py",
-    "mafsil.planning.loops_kept": "what a path keeps: tests/planning/test_closed_arms.py",
+    "mafsil.planning.loop_constraints": "what a path keeps: tests/planning/test_closed_arms.py",
     "mafsil.scene.Drawing": "shapes of a description",
     "mafsil.simulation.ClosedPlant": "tests/simulation/test_closed_loops.py",
     "mafsil.robot.OpenTree": "the tree, asked for by name",

@@ -18,7 +18,7 @@ from mcap.writer import CompressionType, Writer
 import mafsil as mf
 from mafsil.control import Wall, closed_gravity_compensation, computed_torque, gravity_compensation
 from mafsil.errors import FileError, InputError, MafsilError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.parallel import ClosedChain
 from mafsil.simulation import (
     LiveLog,
@@ -375,7 +375,7 @@ joints = [0.4, 0.1]
 
 
 def test_the_log_of_a_job_is_one_motion(tmp_path):
-    run = solve(parse(JOB), JOB, Path(), log=tmp_path / "job.mcap")
+    run = solve(parse_job(JOB), JOB, Path(), log=tmp_path / "job.mcap")
     assert isinstance(run, Run)
     back = Recording.load(tmp_path / "job.mcap")
     same(run.recording, back)

@@ -37,7 +37,7 @@ from mafsil.simulation import (
     Scenario,
     Uniform,
     Variation,
-    cluster_of,
+    cluster_executor,
     monte_carlo,
     simulate,
 )
@@ -150,7 +150,7 @@ def test_two_dask_workers_give_the_same_bits(monkeypatch):
     variation = Variation(payload=(0.0, 2.0), inertia=(0.9, 1.1))
     size = chunk_size([given])
     here = monte_carlo(given, variation, size + 5)
-    with cluster_of("2") as client:
+    with cluster_executor("2") as client:
         assert isinstance(client, distributed.Client)
         there = monte_carlo(given, variation, size + 5, executor=client)
         assert len(client.scheduler_info(n_workers=-1)["workers"]) == 2
@@ -159,13 +159,13 @@ def test_two_dask_workers_give_the_same_bits(monkeypatch):
 
 
 def test_clusters_that_are_none_are_named(monkeypatch):
-    with cluster_of(None) as nobody:
+    with cluster_executor(None) as nobody:
         assert nobody is None
     for where in ("0", "100000", "nonsense://somewhere"):
-        with pytest.raises(InputError, match="cluster"), cluster_of(where):
+        with pytest.raises(InputError, match="cluster"), cluster_executor(where):
             pass
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(InputError, match=r"mafsil\[distributed\]"), cluster_of("2"):
+    with pytest.raises(InputError, match=r"mafsil\[distributed\]"), cluster_executor("2"):
         pass
 
 

@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.control import add_delay, computed_torque
 from mafsil.errors import InputError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.simulation import Deadlines, Recording, Scenario, simulate
 from mafsil.simulation.clock import RealTime
 from mafsil.trajectory import quintic
@@ -100,7 +100,7 @@ settle = 0
 joints = [0.2, 0.1]
 duration = 0.6
 """
-    run = solve(parse(text), text, Path())
+    run = solve(parse_job(text), text, Path())
     assert isinstance(run, Run)
     found = Deadlines.of(run.recording.metadata)
     assert found is not None

@@ -30,7 +30,7 @@ from mafsil.control import (
 from mafsil.control.analysis import min_max  # fmt: skip
 from mafsil.control.laws import ComputedTorque, TipMotion
 from mafsil.errors import InputError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.simulation import Scenario, Variation, monte_carlo, simulate
 from mafsil.simulation.scaled_gains import in_rows, scale_gains, with_scaled_gains
 from mafsil.trajectory import line_path, quintic, time_law
@@ -122,7 +122,7 @@ pose = { position = [0.5, 0.1, -0.001], rpy = [3.14159265358979, 0, 0] }
 @pytest.mark.parametrize("kind", ["hybrid", "admittance"])
 def test_jobs_that_touch_vary_the_gains_of_laws_of_the_tip(kind):
     text = PRESS.replace("KIND", kind)
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     assert found.variation is not None
     assert found.variation.done == 2

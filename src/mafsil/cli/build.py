@@ -129,7 +129,7 @@ def families() -> dict[str, Questions]:
         },
         "control": {"model_predictive": model_predictive, "monte_carlo": monte_carlo},
         "mechanisms": {
-            "mobilities": lambda: mf.mobility.mobilities(linkage(), np.zeros(4)),
+            "mobilities": lambda: mf.mobility.batch_mobility(linkage(), np.zeros(4)),
             "closed_chain": closed_chain,
             "cables": cables,
         },

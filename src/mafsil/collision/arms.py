@@ -15,7 +15,7 @@ from mafsil.arrays import Floats, JointVector, as_batch, not_negative
 from mafsil.collision.bodies import Body
 from mafsil.collision.checker import Checker
 from mafsil.collision.joints import joints_of
-from mafsil.collision.pairs import Reason
+from mafsil.collision.pairs import SkipReason
 from mafsil.collision.scene import Obstacle, Scene, as_pose
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, or_none
@@ -98,7 +98,7 @@ class MultiArmCell(Checker):
         self.clearance, self._self_clearance = one.clearance, one._self_clearance
         self.columns: dict[str, slice] = {}
         bodies, still, links, n = list[Body](), list[tuple[bool, ...]](), 1, 0
-        self._skipped: dict[tuple[int, int], Reason] = {}
+        self._skipped: dict[tuple[int, int], SkipReason] = {}
         for name, checker in self._alone.items():
             first = len(bodies)
             bodies += [replace(body, name=f"{name}/{body.name}", link=body.link + links) for body in checker.bodies]

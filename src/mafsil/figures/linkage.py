@@ -13,7 +13,7 @@ from mafsil.figures.picture_file import picture_file
 from mafsil.messages import in_line
 from mafsil.messages.visible import visible
 from mafsil.mobility import Linkage, Mobility, mobility, torus, trace_motion
-from mafsil.mobility.linkages import Kind, LinkageJoint, body_poses, closed_near
+from mafsil.mobility.linkages import Kind, LinkageJoint, body_poses, close_loops_near
 from mafsil.mobility.linkages.loop_closure import units
 from mafsil.mobility.spaces.motion_group import cross
 
@@ -134,7 +134,7 @@ def _along_the_motion(linkage: Linkage, found: Mobility) -> list[Floats]:
         reach = min(len(curve.theta) - 1, 12)
         return [curve.theta[k] for k in np.linspace(0, reach, GHOSTS).astype(int)[1:]]
     rates = found.instantaneous.rates[:, 0] * units(linkage)
-    steps = closed_near(linkage, 0.12 * np.arange(1, 3)[:, None] * rates)
+    steps = close_loops_near(linkage, 0.12 * np.arange(1, 3)[:, None] * rates)
     return list(steps.theta[steps.closed])
 
 

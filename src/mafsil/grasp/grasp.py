@@ -360,7 +360,7 @@ def _members(item: Any, index: int) -> list[Contact]:
     return [Contact(*entries)]
 
 
-def compare(
+def rank_grasps(
     grasps: Sequence[Grasp], length: float = 1.0, about: ArrayLike | None = None
 ) -> list[tuple[Grasp, GraspQuality]]:
     """Grasps of one body, the most robust first, each with its quality.

@@ -35,7 +35,7 @@ class GraspFile:
     body: GraspedBody | None = None
 
 
-def read_grasp_file(path: Path) -> GraspFile:
+def read_grasp(path: Path) -> GraspFile:
     """The grasp in a file.
 
     Args:

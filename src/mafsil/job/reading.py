@@ -23,7 +23,7 @@ from mafsil.job.text import tables_of, text_of
 from mafsil.messages.visible import visible
 
 
-def read(path: Path) -> Job:
+def read_job(path: Path) -> Job:
     """The job in a file.
 
     Args:
@@ -33,10 +33,10 @@ def read(path: Path) -> Job:
         FileError: it cannot be read, or is no TOML.
         JobError: a key is unknown, missing, of the wrong type or out of range.
     """
-    return parse(text_of(path), source=path.name, folder=path.parent)
+    return parse_job(text_of(path), source=path.name, folder=path.parent)
 
 
-def parse(
+def parse_job(
     text: str, source: str = "<text>", variables: Mapping[str, object] | None = None, *, folder: Path | None = None
 ) -> Job:
     """The job in a text.
@@ -68,7 +68,7 @@ def parse(
 
 
 def parse_scene(text: str, source: str = "<text>") -> SceneFile:
-    """Obstacles from a text: `[[obstacle]]` tables as in job files; arguments and errors as `parse`."""
+    """Obstacles from a text: `[[obstacle]]` tables as in job files; arguments and errors as `parse_job`."""
     data, places = tables_of(text, source), lines.Places(text, visible(source))
     refuse_unknown(data, SceneFile, (), places.error)
     require_keys(data, SceneFile, (), places.error)

@@ -14,7 +14,7 @@ from mafsil.answer import Answer
 from mafsil.errors import InputError
 from mafsil.job.drive import drive
 from mafsil.job.judgement import summary
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
 from mafsil.job.solve import prepare
@@ -151,7 +151,7 @@ def sweep(
     cases: list[Case] = []
     for values in product(*grid.values()):
         named = dict(zip(grid, values, strict=True))
-        job = parse(text, source, named, folder=folder)
+        job = parse_job(text, source, named, folder=folder)
         planned = prepare(job, text, folder, None, source)
         if isinstance(planned, Refusal):
             cases.append(Case(named, np.nan, planned, None))

@@ -13,9 +13,9 @@ from mafsil.arrays import Floats, positive, whole
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.finite import all_are_real
-from mafsil.mobility.instantaneous import instantaneous
+from mafsil.mobility.instantaneous import instantaneous_mobility
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.loop_closure import body_poses, closed_near, units
+from mafsil.mobility.linkages.loop_closure import body_poses, close_loops_near, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tracing import LONGEST, Trace, trace_motion
 
@@ -108,7 +108,7 @@ def configuration_curves(
     start = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, linkage.coordinates))
     start = start * np.where(scale == 1.0, 1.0, linkage.size / np.pi)
     start[0] = 0.0
-    closed = closed_near(linkage, start)
+    closed = close_loops_near(linkage, start)
     curves: list[Trace] = []
     hits: list[int] = []
     others = 0
@@ -116,7 +116,7 @@ def configuration_curves(
         on = [k for k, curve in enumerate(curves) if _lies_on(linkage, theta, curve, longest)]
         if on:
             hits[on[0]] += 1
-        elif instantaneous(linkage, theta).mobility != 1 or not all_are_real(linkage, theta, 1):
+        elif instantaneous_mobility(linkage, theta).mobility != 1 or not all_are_real(linkage, theta, 1):
             others += 1
         else:
             curves.append(trace_motion(linkage, theta, step=longest, steps=steps))

@@ -22,7 +22,7 @@ from mafsil.arrays import Floats, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.blocks import Block, blocks
-from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous
+from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous_mobility
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import (
     LoopState,
@@ -290,7 +290,7 @@ def mobility_around(
     if not len(closed):
         return None
     ranks = decompositions.ranks(loop_state(linkage, closed).matrix, LOOSE)
-    return instantaneous(linkage, closed[int(ranks.argmax())], share=LOOSE)
+    return instantaneous_mobility(linkage, closed[int(ranks.argmax())], share=LOOSE)
 
 
 @dataclass(frozen=True, eq=False)

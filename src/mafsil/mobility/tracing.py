@@ -17,7 +17,7 @@ from mafsil.errors import InputError
 from mafsil.mobility.finite import require_motions
 from mafsil.mobility.instantaneous import null_space
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.loop_closure import body_poses, closed_near, configuration, loop_matrix, units
+from mafsil.mobility.linkages.loop_closure import body_poses, close_loops_near, configuration, loop_matrix, units
 from mafsil.mobility.on_linkage import on_linkage
 
 SHORTEST = 1e-5
@@ -70,7 +70,7 @@ class Trace(SingleAnswer):
         places = np.flatnonzero(rate[:-1] * rate[1:] < 0)
         low, high, tangents = self.theta[places], self.theta[places + 1], self.tangents[places]
         for _ in range(BISECTIONS if len(places) else 0):
-            middle = closed_near(self.linkage, (low + high) / 2).theta
+            middle = close_loops_near(self.linkage, (low + high) / 2).theta
             here = np.linalg.svd(loop_matrix(self.linkage, middle))[2][:, -1]
             sense = np.sign(np.sum(here * tangents, axis=-1))
             before = (sense * here[:, column] * tangents[:, column] > 0)[:, None]
@@ -120,7 +120,7 @@ def trace_motion(
     path, tangents, branches = [here], [frame.tangent], list[Floats]()
     begin, h, status = body_poses(linkage, here), largest / 4, TraceStatus.OPEN
     for _ in range(most):
-        moved = closed_near(linkage, here + h * frame.tangent * scale)
+        moved = close_loops_near(linkage, here + h * frame.tangent * scale)
         gone = (moved.theta - here) / scale
         correction = float(np.linalg.norm(gone - h * frame.tangent)) / h
         if not moved or correction > TOO_FAR:
@@ -185,7 +185,7 @@ def _branch_point(linkage: Linkage, start: Floats, end: Floats, frame: _Frame) -
     """Where between two points the orientation reverses, by bisection along the chord."""
     low, high = start, end
     for _ in range(BISECTIONS):
-        middle = closed_near(linkage, (low + high) / 2).theta
+        middle = close_loops_near(linkage, (low + high) / 2).theta
         after = _Frame.at(linkage, middle, frame)
         if frame.reversed_by(linkage, middle, after.tangent):
             high = middle

@@ -142,7 +142,7 @@ IDEAL = LoopConditions()
 """Differenced position, no limit, no delay."""
 
 
-def run(
+def simulate_joint(
     arm: JointArm,
     law: JointLaw,
     reference: Reference | ArrayLike,
@@ -155,7 +155,7 @@ def run(
     """An arm under a law in continuous time: feedback at every instant, no sampling.
 
     Args:
-        arm: with viscous friction only: dry friction needs `run_sampled`.
+        arm: with viscous friction only: dry friction needs `simulate_sampled`.
         law: of any kind, with gains (*batch).
         reference: a set point (*batch) [rad], or a function of times (k,) to theta_d, theta_d', theta_d''.
         duration: [s].
@@ -179,7 +179,7 @@ def run(
     return rows.as_run(out, h)
 
 
-def run_sampled(
+def simulate_sampled(
     arm: JointArm,
     law: JointLaw,
     reference: Reference | ArrayLike,

@@ -14,7 +14,7 @@ from mafsil.errors import InputError
 from mafsil.one_joint.arguments import above_zero, row, share
 from mafsil.one_joint.joint_arm import JointArm
 from mafsil.one_joint.joint_law import JointLaw
-from mafsil.one_joint.joint_run import IDEAL, LoopConditions, run_sampled
+from mafsil.one_joint.joint_run import IDEAL, LoopConditions, simulate_sampled
 from mafsil.one_joint.response_measures import measure_response
 from mafsil.one_joint.row_answer import RowAnswer
 
@@ -96,7 +96,7 @@ def sweep_rate(
     # 2. Runs and what they show.
     table, grows = np.full((3, len(steps)), np.nan), np.ones(len(steps), dtype=np.bool_)
     for k, h in enumerate(steps.tolist()):
-        found = run_sampled(arm, law, goal, duration, period=h, start=start, conditions=conditions)
+        found = simulate_sampled(arm, law, goal, duration, period=h, start=start, conditions=conditions)
         if found:
             seen = measure_response(found.t, found.error)
             table[:, k] = float(seen.settling_time), float(seen.overshoot), float(seen.rms)

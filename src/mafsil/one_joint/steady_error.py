@@ -97,7 +97,7 @@ def _unbalanced(k: Floats, load: Floats, desired: Floats, e: Floats) -> Floats:
     return k * e - load * np.cos(desired - e)
 
 
-def rest_of_joints(kp: ArrayLike, gravity: Callable[[Floats], ArrayLike], goal: ArrayLike) -> RestError:
+def steady_state_of_joints(kp: ArrayLike, gravity: Callable[[Floats], ArrayLike], goal: ArrayLike) -> RestError:
     """Rest of many joints under PD control: Kp theta_e = g(theta), by Newton's method from the goal.
 
     Args:

@@ -8,15 +8,15 @@ from mafsil.planning.arms_motion import TimedArm as TimedArm
 from mafsil.planning.base_placement import optimal_base_placement as optimal_base_placement
 from mafsil.planning.cell_decomposition import CellDecomposition as CellDecomposition
 from mafsil.planning.cell_decomposition import cell_decomposition as cell_decomposition
-from mafsil.planning.closed_arms import loops_kept as loops_kept
+from mafsil.planning.closed_arms import loop_constraints as loop_constraints
 from mafsil.planning.configuration_obstacles import PlanarArm as PlanarArm
 from mafsil.planning.configuration_obstacles import configuration_space_obstacles as configuration_space_obstacles
 from mafsil.planning.configuration_obstacles import planar_arm as planar_arm
 from mafsil.planning.coordination import Coordination as Coordination
-from mafsil.planning.coordination import avoid_moving as avoid_moving
-from mafsil.planning.coordination import coordinate as coordinate
+from mafsil.planning.coordination import avoid_moving_obstacles as avoid_moving_obstacles
+from mafsil.planning.coordination import coordinate_robots as coordinate_robots
+from mafsil.planning.coordination_diagram import BlockedArm as BlockedArm
 from mafsil.planning.coordination_diagram import CoordinatedPlan as CoordinatedPlan
-from mafsil.planning.coordination_diagram import Waiting as Waiting
 from mafsil.planning.coordination_diagram import coordinate_arms as coordinate_arms
 from mafsil.planning.coupled import plan_coupled as plan_coupled
 from mafsil.planning.field_descent import FieldPath as FieldPath
@@ -33,7 +33,7 @@ from mafsil.planning.path_constraints import OnLine as OnLine
 from mafsil.planning.path_constraints import Upright as Upright
 from mafsil.planning.pipeline import find_path as find_path
 from mafsil.planning.placement_answer import BasePlacement as BasePlacement
-from mafsil.planning.placement_answer import Miss as Miss
+from mafsil.planning.placement_answer import PlacementFailure as PlacementFailure
 from mafsil.planning.planner_bench import PlannerBench as PlannerBench
 from mafsil.planning.planner_bench import PlannerResult as PlannerResult
 from mafsil.planning.planner_bench import Query as Query
@@ -41,7 +41,7 @@ from mafsil.planning.planner_bench import bench_planners as bench_planners
 from mafsil.planning.polygons import PolygonWorld as PolygonWorld
 from mafsil.planning.polygons import minkowski_sum as minkowski_sum
 from mafsil.planning.potential_field import PotentialField as PotentialField
-from mafsil.planning.potential_field import disc as disc
+from mafsil.planning.potential_field import disc_distance as disc_distance
 from mafsil.planning.prioritized import plan_around_moving as plan_around_moving
 from mafsil.planning.prioritized import plan_prioritized as plan_prioritized
 from mafsil.planning.problem import Problem as Problem
@@ -52,6 +52,6 @@ from mafsil.planning.search import PLANNERS as PLANNERS
 from mafsil.planning.search import Planner as Planner
 from mafsil.planning.search import SearchBudget as SearchBudget
 from mafsil.planning.search_log import SearchLog as SearchLog
-from mafsil.planning.search_log import watch as watch
+from mafsil.planning.search_log import log_search as log_search
 from mafsil.planning.shortening import take_shortcuts as take_shortcuts
 from mafsil.planning.visibility import visibility_path as visibility_path

@@ -104,7 +104,7 @@ def plan(
     follows on the way to the tip may move too. `active_joints` names others in place of all this. Of a `MultiArmCell`
     all joints of the arms that are planned may move.
     The loops of a mechanism stay closed: its poses become configurations with closed loops by a search, and every path
-    keeps `loops_kept` as well.
+    keeps `loop_constraints` as well.
 
     Many questions about one arm: make a `collision.Checker` once and give it as `robot`.
 
@@ -154,7 +154,7 @@ def plan(
         else robot.checker
     )
     n, mechanism = checker.robot.n, checker.robot.mechanism
-    loops = closed_arms.loops_kept(mechanism) if mechanism.loops else ()
+    loops = closed_arms.loop_constraints(mechanism) if mechanism.loops else ()
     start = in_radians(mechanism, "start", start) if degrees else start
     q = single("start", start, (n,)).copy()
     remark_on_degrees(checker.robot, "start", start)

@@ -64,7 +64,7 @@ class Coordination(SingleAnswer):
         return {"status": self.status.name, "t": self.t, "shares": self.shares, "reached": list(self.reached)}
 
 
-def coordinate(
+def coordinate_robots(
     collides: Collides, durations: tuple[float, float], *, cells: int = 200, priority: bool = False
 ) -> Coordination:
     """Two robots on their paths, each at full speed or waiting: the coordination diagram, and the quickest way through.
@@ -94,7 +94,7 @@ def coordinate(
     return _through(diagram, shares, moves, step)
 
 
-def avoid_moving(
+def avoid_moving_obstacles(
     collides: Collides, duration: float, horizon: float, *, cells: int = 200, backwards: bool = False
 ) -> Coordination:
     """One robot on its path among obstacles that move as is known: in path and time.

@@ -30,7 +30,7 @@ UNKNOWN_SPEED = 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Waiting:
+class BlockedArm:
     """An arm that cannot go on.
 
     Attributes:
@@ -67,7 +67,7 @@ class CoordinatedPlan(ArmPlan):
     diagram: NDArray[np.int8] | None = None
     shares: tuple[Floats, ...] = ()
     places: Floats | None = None
-    waits: tuple[Waiting, ...] = ()
+    waits: tuple[BlockedArm, ...] = ()
 
     def explain(self, language: str | None = None) -> str:
         """The status, and who waits where."""
@@ -312,11 +312,11 @@ def _at(pieces: _Pieces, place: float) -> JointVector:
     return pieces.rows[k] + (place - k) * (pieces.rows[k + 1] - pieces.rows[k])
 
 
-def _waits(cell: MultiArmCell, pieces: list[_Pieces], cost: Floats) -> tuple[Waiting, ...]:
+def _waits(cell: MultiArmCell, pieces: list[_Pieces], cost: Floats) -> tuple[BlockedArm, ...]:
     """Where both arms are furthest on the whole, and what each would meet next."""
     i, j = np.meshgrid(pieces[0].shares, pieces[1].shares, indexing="ij")
     place = np.unravel_index(int(np.where(np.isfinite(cost), i + j, -1.0).argmax()), cost.shape)
-    found = list[Waiting]()
+    found = list[BlockedArm]()
     for k, name in enumerate(cell.names):
         at = [int(place[0]), int(place[1])]
         share, last = float(pieces[k].shares[at[k]]), len(pieces[k].seconds)
@@ -325,5 +325,5 @@ def _waits(cell: MultiArmCell, pieces: list[_Pieces], cost: Floats) -> tuple[Wai
             at[k] += 1
             check = cell.check(pieces[0].rows[at[0]] + pieces[1].rows[at[1]])
             contact = None if check else check.contacts[0]
-        found.append(Waiting(name, share, contact))
+        found.append(BlockedArm(name, share, contact))
     return tuple(found)

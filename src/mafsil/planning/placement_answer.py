@@ -32,7 +32,7 @@ class PlacementStatus(Status):
     NOT_FOUND = ("planning.not_placed", False)
 
 
-class Miss(IntEnum):
+class PlacementFailure(IntEnum):
     """Why a target is not reached; the later ones got further."""
 
     BASE = 0
@@ -51,7 +51,7 @@ class BasePlacement(SingleAnswer):
         robot: the arm.
         targets: (m, 4, 4) in {s}.
         bases: (k, 4) x, y, z [m], yaw [rad]; the grid first, then refinements.
-        misses: (k, m) a `Miss` each; NONE where it is reached.
+        misses: (k, m) a `PlacementFailure` each; NONE where it is reached.
         quality: (k, m, 3) shares of the best solution, by MEASURES; -1 where there is none.
         q: (k, m, n) that solution; NaN where there is none.
         grid: how many of the bases are of the grid.
@@ -73,7 +73,7 @@ class BasePlacement(SingleAnswer):
     @property
     def reached(self) -> NDArray[np.bool_]:
         """(k, m) which targets are reached from which base."""
-        return np.asarray(self.misses == Miss.NONE)
+        return np.asarray(self.misses == PlacementFailure.NONE)
 
     @property
     def score(self) -> Floats:
@@ -144,9 +144,9 @@ class BasePlacement(SingleAnswer):
 
     def _missed(self, j: int, language: str | None) -> str:
         """Why a target is missed from the best base, and from how many it is reached."""
-        miss = Miss(int(self.misses[self.best, j]))
+        miss = PlacementFailure(int(self.misses[self.best, j]))
         contact = self.contacts.get(j)
-        far = self._beyond_reach(j) if miss is Miss.REACH else None
+        far = self._beyond_reach(j) if miss is PlacementFailure.REACH else None
         key = f"planning.miss_{miss.name.lower()}" if far is None else "planning.miss_far"
         why = say(key, language=language, **(far or {}))
         if contact is not None:
@@ -164,7 +164,7 @@ class BasePlacement(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data of the best base; all bases are in the arrays."""
-        misses = [Miss(int(each)).name.lower() for each in self.misses[self.best]]
+        misses = [PlacementFailure(int(each)).name.lower() for each in self.misses[self.best]]
         return {
             "status": self.status.name, "T_sb": self.T_sb, "base": self.bases[self.best], "tried": len(self.bases),
             "score": float(self.score[self.best]), "configurations": self.configurations, "targets": misses,

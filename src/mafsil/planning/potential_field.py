@@ -46,7 +46,7 @@ class Near(NamedTuple):
     away: Floats
 
 
-def disc(centre: ArrayLike, radius: float) -> Distance:
+def disc_distance(centre: ArrayLike, radius: float) -> Distance:
     """The distance to a disc or ball.
 
     Args:

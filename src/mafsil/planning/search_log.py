@@ -44,7 +44,7 @@ class _Edges:
     free: list[bool] = field(default_factory=list[bool])
 
 
-def watch(
+def log_search(
     query: Query, planner: str = "rrt_connect", *, seed: int = 0, seconds: float = 10.0, max_nodes: int = 2000
 ) -> SearchLog:
     """Run a planner and note every edge that it asks for.

@@ -1,7 +1,7 @@
 from mafsil.mechanics.rigid_body import RigidBody as RigidBody
 from mafsil.simulation.clock import Deadlines as Deadlines
 from mafsil.simulation.closed_plant import ClosedPlant as ClosedPlant
-from mafsil.simulation.cluster import cluster_of as cluster_of
+from mafsil.simulation.cluster import cluster_executor as cluster_executor
 from mafsil.simulation.contact_scenes import chalk_on_board as chalk_on_board
 from mafsil.simulation.contact_scenes import eraser_on_board as eraser_on_board
 from mafsil.simulation.contact_scenes import open_a_door as open_a_door
@@ -11,7 +11,7 @@ from mafsil.simulation.disturbance import WrenchPulse as WrenchPulse
 from mafsil.simulation.elastic_run import ElasticRun as ElasticRun
 from mafsil.simulation.elastic_run import simulate_elastic as simulate_elastic
 from mafsil.simulation.iterative_learning import LearningRun as LearningRun
-from mafsil.simulation.iterative_learning import learn as learn
+from mafsil.simulation.iterative_learning import iterative_learning as iterative_learning
 from mafsil.simulation.iterative_learning import learning_factor as learning_factor
 from mafsil.simulation.live_log import LiveLog as LiveLog
 from mafsil.simulation.loop import simulate as simulate
@@ -31,7 +31,7 @@ from mafsil.simulation.rigid_plant import RigidPlant as RigidPlant
 from mafsil.simulation.rigid_plant import RigidSurface as RigidSurface
 from mafsil.simulation.scenario import Scenario as Scenario
 from mafsil.simulation.stepping import INTEGRATORS as INTEGRATORS
-from mafsil.simulation.stepping import suitable_integrator as suitable_integrator
+from mafsil.simulation.stepping import choose_integrator as choose_integrator
 from mafsil.simulation.variation import Normal as Normal
 from mafsil.simulation.variation import Uniform as Uniform
 from mafsil.simulation.variation import Variants as Variants

@@ -16,7 +16,7 @@ MOST_WORKERS = 1024
 
 
 @contextmanager
-def cluster_of(where: str | None) -> Generator[Executor | None]:
+def cluster_executor(where: str | None) -> Generator[Executor | None]:
     """An executor for `monte_carlo`, closed at the end; None for this process.
 
     Args:

@@ -96,7 +96,7 @@ class LearningRun(Answer):
         return {"status": self.status.name, "error": self.error, "effort": self.effort, "period": self.period}
 
 
-def learn(scenario: Scenario, passes: int = 8, *, gain: float = 1.0, cutoff: float = 20.0) -> LearningRun:
+def iterative_learning(scenario: Scenario, passes: int = 8, *, gain: float = 1.0, cutoff: float = 20.0) -> LearningRun:
     """Run a scenario several times, what its feedback had to add becoming feedforward of the next pass.
 
     1. A pass with the law and what was learned.
@@ -174,7 +174,7 @@ def learning_factor(gains: Gains, *, gain: float = 1.0, cutoff: float = 20.0) ->
 
     Args:
         gains: of the feedback, in units of acceleration.
-        gain, cutoff: as for `learn`.
+        gain, cutoff: as for `iterative_learning`.
     """
     require_kind("gains", gains, "Gains", "kp", "kd", "ki")
     w = np.geomspace(1e-3, 1e5, FREQUENCIES)[:, None]

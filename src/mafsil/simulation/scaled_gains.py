@@ -23,12 +23,12 @@ from mafsil.control.contact import (
 )
 from mafsil.control.laws import (
     AdaptiveControl,
-    Around,
     ClosedComputedTorque,
     ClosedGravityCompensation,
     Combined,
     ComputedTorque,
     JointFeedback,
+    LawWrapper,
     LinearQuadratic,
     ModelPredictive,
     NullSpaceFeedback,
@@ -82,7 +82,7 @@ def parts_of(law: Law) -> Iterator[Law]:
     inside: tuple[Law, ...] = ()
     if isinstance(law, Combined):
         inside = law.laws
-    elif isinstance(law, Around):
+    elif isinstance(law, LawWrapper):
         inside = (law.law,)
     elif isinstance(law, ContactSwitch):
         inside = (law.free, law.touching)
@@ -129,7 +129,7 @@ def scale_gains(law: Law, factor: Floats) -> Law:
     Raises:
         InputError: a law without gains that are known here.
     """
-    if isinstance(law, Around):
+    if isinstance(law, LawWrapper):
         return replace(law, law=scale_gains(law.law, factor))
     if isinstance(law, ContactSwitch):
         return replace(law, free=scale_gains(law.free, factor), touching=scale_gains(law.touching, factor))

@@ -55,7 +55,7 @@ def friction_stiffness(plant: Plant, q: JointVector) -> float:
     return float(np.linalg.eigvalsh((scaled + np.swapaxes(scaled, -1, -2)) / 2.0)[:, -1].max(initial=0.0))
 
 
-def suitable_integrator(plant: Plant, q: JointVector, step: float, preferred: str = DEFAULT) -> str:
+def choose_integrator(plant: Plant, q: JointVector, step: float, preferred: str = DEFAULT) -> str:
     """The preferred method, or the one with implicit friction if friction is too stiff for the step.
 
     Args:

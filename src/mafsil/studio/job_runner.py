@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.errors import FileError, InputError, MafsilError
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.messages import say
 from mafsil.report.results import require_replaceable, write_results
 from mafsil.studio.broadcast import Broadcast
@@ -134,7 +134,7 @@ class JobRunner:
             self._tell(status="wrong", code="cli.internal", line=None, sentence=failure)
 
     def _solve(self, text: str) -> Run | Refusal:
-        return solve(parse(text, self._source, folder=self._folder), text, self._folder, self, self._source)
+        return solve(parse_job(text, self._source, folder=self._folder), text, self._folder, self, self._source)
 
     @property
     def _folder(self) -> Path:
@@ -172,7 +172,7 @@ class JobRunner:
     def _job(self, text: str, window: str) -> Mapping[str, Any]:
         job: dict[str, Any] = {"kind": "job", "text": text, "window": window, "file": self._path is not None}
         try:
-            parse(text, self._source, folder=self._folder)
+            parse_job(text, self._source, folder=self._folder)
         except MafsilError as error:
             job["wrong"] = complaint(error)
         return job

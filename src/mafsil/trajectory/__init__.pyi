@@ -17,7 +17,7 @@ from mafsil.trajectory.difficulties import suggest_path_fixes as suggest_path_fi
 from mafsil.trajectory.feasibility import MotionRequest as MotionRequest
 from mafsil.trajectory.feasibility import suggest_fixes as suggest_fixes
 from mafsil.trajectory.files import export as export
-from mafsil.trajectory.files import read as read
+from mafsil.trajectory.files import read_trajectory as read_trajectory
 from mafsil.trajectory.jerk import jerk_limited as jerk_limited
 from mafsil.trajectory.jerk import jerk_limited_through as jerk_limited_through
 from mafsil.trajectory.jerk import online as online

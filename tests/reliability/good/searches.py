@@ -62,7 +62,7 @@ def waits(rng: np.random.Generator, length: float) -> Claims:
     def meet(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return (a - centre[0]) ** 2 + (b - centre[1]) ** 2 < radius**2
 
-    found = planning.coordinate(meet, (durations[0], durations[1]), cells=100)
+    found = planning.coordinate_robots(meet, (durations[0], durations[1]), cells=100)
     if found:
         shares = np.asarray(found.shares)
         depth = radius - np.hypot(*(shares - centre).T)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mafsil.arrays import JointVector, single
-from mafsil.control.laws.law import Around, Law, LawFunction, as_law
+from mafsil.control.laws.law import Law, LawFunction, LawWrapper, as_law
 from mafsil.control.laws.law_memory import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
@@ -15,7 +15,7 @@ WHOLE = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Delayed(Around):
+class Delayed(LawWrapper):
     """A law whose efforts act a while after the state that they answer.
 
     Attributes:

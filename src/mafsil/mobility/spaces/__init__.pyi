@@ -2,7 +2,7 @@ from mafsil.mobility.spaces.configuration_space import ProductSpace as ProductSp
 from mafsil.mobility.spaces.configuration_space import SpaceFactor as SpaceFactor
 from mafsil.mobility.spaces.configuration_space import configuration_space as configuration_space
 from mafsil.mobility.spaces.configuration_space import configuration_space_names as configuration_space_names
-from mafsil.mobility.spaces.configuration_space import space_named as space_named
+from mafsil.mobility.spaces.configuration_space import named_space as named_space
 from mafsil.mobility.spaces.motion_group import Group as Group
 from mafsil.mobility.spaces.motion_group import MotionGroup as MotionGroup
 from mafsil.mobility.spaces.motion_group import motion_group as motion_group

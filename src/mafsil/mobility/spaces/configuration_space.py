@@ -120,7 +120,7 @@ def configuration_space_names() -> tuple[str, ...]:
     return tuple(DICTIONARY)
 
 
-def space_named(name: str) -> ProductSpace:
+def named_space(name: str) -> ProductSpace:
     """One of the DICTIONARY.
 
     Raises:

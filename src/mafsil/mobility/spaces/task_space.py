@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive, real_array, single, whole
 from mafsil.errors import InputError
-from mafsil.mobility.spaces.configuration_space import space_named
+from mafsil.mobility.spaces.configuration_space import named_space
 from mafsil.mobility.spaces.planar_positions import PolygonSpace, polygon_space
 from mafsil.mobility.tolerances import TYPED
 
@@ -100,4 +100,4 @@ def angles_of_direction(direction: ArrayLike) -> tuple[Floats, np.ndarray[tuple[
 
 def task_redundancy(freedoms: int, task: str) -> int:
     """Freedoms of an arm beyond those of a task, named as in `configuration_space.DICTIONARY`."""
-    return whole("freedoms", freedoms) - space_named(task).dimension
+    return whole("freedoms", freedoms) - named_space(task).dimension

@@ -119,7 +119,7 @@ class CurrentLoop:
 
     def reachable(self, torque: ArrayLike, speed: ArrayLike) -> DriveAnswer:
         """Whether torque (*batch) [N m] can be held at a speed (*batch) [rad/s] with the amplifier's voltage."""
-        return drive(self.motor, torque, speed)
+        return operating_point(self.motor, torque, speed)
 
 
 class DriveStatus(Status):
@@ -149,7 +149,7 @@ class DriveAnswer(RowAnswer):
     losses: Floats
 
 
-def drive(motor: Motor, torque: ArrayLike, speed: ArrayLike) -> DriveAnswer:
+def operating_point(motor: Motor, torque: ArrayLike, speed: ArrayLike) -> DriveAnswer:
     """What a steady torque at a speed takes.
 
     Args:
