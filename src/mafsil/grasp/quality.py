@@ -167,7 +167,7 @@ def _cover(D: Floats, grown: GraspQuality) -> GraspQuality:
     waiting, left, state = cover.begin(m, stack), CONES, cover.LOWER  # 3
     while state == cover.LOWER:
         b = upper * (1.0 - 0.5 * QUALITY_GAP)
-        state, _, waiting, left = cover.covered(padded, b, wall, stack, waiting, left, u)
+        state, _, waiting, left = cover.prove_cover(padded, b, wall, stack, waiting, left, u)
         if state == cover.LOWER:
             upper, weakest = min((upper, weakest), _descend(padded, u), key=lambda found: found[0])  # 4
     if state != cover.PROVEN:

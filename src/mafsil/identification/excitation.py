@@ -22,7 +22,7 @@ from mafsil.identification.tolerances import NO_EFFORT, NO_EXCITATION, NO_MOTION
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.messages import say
-from mafsil.messages.tables import in_notebook, number, table
+from mafsil.messages.tables import in_notebook, joint_units, number, table
 from mafsil.model.limits import snap_to_bounds
 from mafsil.robot import Robot, of_robot
 from mafsil.whole_file import write_whole
@@ -101,7 +101,7 @@ class ExcitationTrajectory:
         head = [say(f"identification.column_{name}") for name in COLUMNS]
         title = say("identification.excitation", period=self.period, count=self.repetitions)
         condition = say("identification.condition", condition_number=self.condition_number)
-        return "\n".join([title, *table(head, rows), condition])
+        return "\n".join([title, *table(head, rows, units=joint_units(COLUMNS)), condition])
 
     def _repr_html_(self) -> str:
         return in_notebook(repr(self))

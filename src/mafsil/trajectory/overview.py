@@ -6,7 +6,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.messages.tables import in_notebook, number, table
+from mafsil.messages.tables import in_notebook, joint_units, number, table
 from mafsil.trajectory.motion import Trajectory
 
 SAMPLES = 4001
@@ -39,7 +39,7 @@ def overview(trajectory: Trajectory, names: tuple[str, ...] = (), language: str 
     else:
         title = say("trajectory.overview_batch", language=language, count=len(start), **details)
     head = [say(f"trajectory.column_{name}", language=language) for name in COLUMNS]
-    return "\n".join([title, *table(head, rows, language)])
+    return "\n".join([title, *table(head, rows, language, joint_units(COLUMNS))])
 
 
 class Printed:
