@@ -250,6 +250,6 @@ def test_loops_that_cannot_be_drawn_are_refused(kind: JointKind) -> None:
     T = np.array(drawn.loops[0].T_pj)
     T[:3, 3] += 0.01
     robot = replace(drawn, loops=(replace(drawn.loops[0], kind=kind, T_pj=T),))
-    reason = "not by a" if kind in (JointKind.CYLINDRICAL, JointKind.PLANAR) else "C is open there by 0.01"
+    reason = "not with a" if kind in (JointKind.CYLINDRICAL, JointKind.PLANAR) else "C is open there by 0.01"
     with pytest.raises(ModelError, match=reason):
         sdf.write(robot)
