@@ -68,7 +68,7 @@ def inverse_kinematics(
         tolerance: largest residual [m | rad] of a solution. Arms with fewer joints than the task has equations meet a
             rounded pose in the sense of least squares; other arms the nearest configuration where there is no exact
             one.
-        degrees: the angles in q0 and in the answer's solutions are in degrees; its sentences and limits stay SI.
+        degrees: the angles in q0 and in the answer's solutions, sentences and tables are in degrees.
 
     Returns:
         For one pose a `SolutionSet`: solutions with branches, families and reasons; where `complete` is set there are

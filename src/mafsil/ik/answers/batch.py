@@ -137,6 +137,14 @@ class SolutionBatch(Answer):
         return (self[i] for i in range(len(self.q)))
 
     def __repr__(self) -> str:
+        return self.printed()
+
+    def printed(self, *, degrees: bool = False) -> str:
+        """The counts and a row for each pose, which are the same in both units.
+
+        Args:
+            degrees: angles in degrees.
+        """
         solved = say("ik.batch", solved=int(self.solved.sum()), count=self.solved.size)
         return on_screen("\n".join([solved, *self._table()]))
 
@@ -194,14 +202,19 @@ class SolutionBatch(Answer):
         """(*batch,) what can be said about each pose, members of `IKStatus`."""
         return _MEMBERS[self.status_codes]
 
-    def explain(self, *index: int, language: str | None = None) -> str:
+    def explain(self, *index: int, language: str | None = None, degrees: bool = False) -> str:
         """The answer to one pose in sentences; without an index how many poses have which status.
+
+        Args:
+            index: of the pose.
+            language: `en` or `ar`; the current one if None.
+            degrees: angles in degrees.
 
         Raises:
             InputError: the row is not a pose.
         """
         if index:
-            return self[index].explain(language)
+            return self[index].explain(language, degrees=degrees)
         lines = [say("ik.batch", language=language, solved=int(self.solved.sum()), count=self.solved.size)]
         for code in np.unique(self.status_codes):
             count = int((self.status_codes == code).sum())

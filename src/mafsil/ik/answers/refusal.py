@@ -71,11 +71,12 @@ class Refusal:
     residual: float
     steps: tuple[str, ...] = ()
 
-    def words(self, language: str | None = None) -> dict[str, str]:
+    def words(self, language: str | None = None, *, degrees: bool = False) -> dict[str, str]:
         """The error with its units, and the tolerance that would accept the nearest configuration."""
         position, rotation = (self.details[name] for name in ("position_error", "rotation_error"))
         place = say("ik.length", language=language, value=plain(1e3 * float(str(position))))
-        turn = say("ik.angle", language=language, value=plain(float(str(rotation))))
+        angle, unit = (np.degrees(float(str(rotation))), "deg") if degrees else (float(str(rotation)), "rad")
+        turn = say("ik.angle", language=language, value=plain(float(angle)), unit=unit)
         only = self.details["place_only"]
         residual = place if only else say("ik.place_and_turn", language=language, place=place, turn=turn)
         return {
