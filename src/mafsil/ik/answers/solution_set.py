@@ -295,8 +295,14 @@ class SolutionSet(Answer):
         excess = np.maximum(setting.lower - q, q - setting.upper)
         scale, units = angle_units(setting.revolute, degrees=degrees)
         return tuple(
-            LimitExcess(setting.robot.joint_names[i], *(float(x[i] * scale[i]) for x in (q, limit, excess)), units[i])
-            for i in np.flatnonzero(excess > ON_LIMIT)
+            LimitExcess(
+                setting.robot.joint_names[i],
+                float(scale[i] * q[i]),
+                float(scale[i] * limit[i]),
+                float(scale[i] * excess[i]),
+                units[i],
+            )  # fmt: skip
+            for i in np.flatnonzero(excess > ON_LIMIT).tolist()
         )
 
     def dependent(self, k: int) -> tuple[str, ...]:
