@@ -301,7 +301,7 @@ class SolutionSet(Answer):
                 float(scale[i] * limit[i]),
                 float(scale[i] * excess[i]),
                 units[i],
-            )  # fmt: skip
+            )
             for i in np.flatnonzero(excess > ON_LIMIT).tolist()
         )
 
