@@ -60,11 +60,11 @@ def main() -> None:
     found, rng = Comparisons(), np.random.default_rng(0)
     for name, tip in (("palletiser", "forearm"), ("stewart", "platform")):
         chain = ClosedChain(mf.load(ROBOTS / f"{name}.xml", tip=tip))
-        planted = chain.closed(0.12 * rng.normal(size=(given.poses, chain.n)))
+        planted = chain.close_loops(0.12 * rng.normal(size=(given.poses, chain.n)))
         poses = chain.robot.forward_kinematics(planted.q)
         answers = [closed_inverse_kinematics(chain, T) for T in poses]
         hit = [np.abs(a.q - q).max(axis=1).min(initial=np.inf) < 1e-6 for a, q in zip(answers, planted.q, strict=True)]
-        starts = [closed_poses.started(chain, T, closed_poses.middle(chain), "pose", 48, 0) for T in poses]
+        starts = [closed_poses.search_starts(chain, T, closed_poses.middle(chain), "pose", 48, 0) for T in poses]
         peers = [by_scipy(chain, T, s) for T, s in zip(poses[: given.peer], starts, strict=False)]
         theirs_hit = [
             len(p) > 0 and np.abs(p - q).max(axis=1).min() < 1e-6 for p, q in zip(peers, planted.q, strict=False)

@@ -65,14 +65,14 @@ class Springs:
 def compare(name, robot, near, away, text) -> None:
     """One mechanism, driven `away` from where it is closed near some coordinates."""
     chain = ClosedChain(robot)
-    start = chain.closed(near, hold=chain.actuated).q
+    start = chain.close_loops(near, hold=chain.actuated).q
     here = start[chain.actuated]
     motion = driven_trajectory(chain, quintic(here, here + away, TICKS * 1e-3), start)
     law = closed_gravity_compensation(chain, KP, KD)
     settings = {"robot": robot, "trajectory": motion, "law": law, "integrator": "semi_implicit_euler"}
     scenario = Scenario(**settings, saturate=False)
     beside = np.random.default_rng(0).uniform(-0.02, 0.02, (ROWS, chain.n))
-    many = Scenario(**settings, saturate=False, q=chain.closed(start + beside).q, qd=np.zeros(chain.n))
+    many = Scenario(**settings, saturate=False, q=chain.close_loops(start + beside).q, qd=np.zeros(chain.n))
     gap = chain.error(simulate(scenario, fused=True).q).max()
     ours = least(lambda: simulate(scenario, fused=True)) / TICKS
     batch = least(lambda: simulate(many, fused=True)) / TICKS / ROWS

@@ -37,7 +37,7 @@ def slices(linkage: mo.Linkage, joint: str) -> int:
     for value in np.arange(-np.pi, np.pi, LONGEST):
         modes = mo.assembly_modes(linkage, {joint: float(value)}, starts=4)
         if modes:
-            rest = mo.linkages.locked(mo.linkages.drawn_at(linkage, modes.theta[0]), [joint])
+            rest = mo.linkages.lock_joints(mo.linkages.draw_at(linkage, modes.theta[0]), [joint])
             points += sum(len(curve.theta) for curve in mo.configuration_curves(rest, starts=4, step=LONGEST))
     return points
 

@@ -53,9 +53,9 @@ def main() -> None:
         theta = np.random.default_rng(0).normal(size=(given.batch, n)) * 1e-3
         rows = theta[:50]
         tasks = {
-            "one": partial(mo.mobilities, linkage, theta[0]),
+            "one": partial(mo.batch_mobility, linkage, theta[0]),
             "pinocchio": partial(each_alone, peer, rows),
-            "batch": partial(mo.mobilities, linkage, theta),
+            "batch": partial(mo.batch_mobility, linkage, theta),
         }
         times = race(tasks, repeats=7)
         theirs = times["pinocchio"].least * 1e6 / len(rows)
@@ -68,7 +68,7 @@ def main() -> None:
     for seed in range(given.random):
         rng = np.random.default_rng(seed)
         linkage = random_linkage(rng, int(rng.integers(0, 4)), int(rng.integers(3, 9)))
-        different += mo.instantaneous(linkage).mobility != PinocchioLinkage(linkage).mobility()
+        different += mo.instantaneous_mobility(linkage).mobility != PinocchioLinkage(linkage).mobility()
     print(f"random mechanisms: {different} of {given.random} differ from Pinocchio")
     if given.json:
         Path(given.json).write_text(json.dumps(found.plain(), indent=1), "utf-8")

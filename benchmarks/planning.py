@@ -240,7 +240,7 @@ def against_shortcuts(folder: Path, name: str, count: int) -> None:
         begun = perf_counter()
         more = mf.plan(checker, None, a, b, shortcut_iterations=1000)
         between = perf_counter()
-        better = short.optimised()
+        better = short.optimise()
         ended = perf_counter()
         assert better.descent is not None
         free = _free(checker, better)

@@ -88,7 +88,7 @@ def diagram(alone: MultiArmCell, peer: Peer) -> None:
     ends = np.array([0.0, 1.2, 0.3, 0.0, 0.0, 0.0]) + np.array([[-0.9], [0.9]]) * np.eye(6)[0]
     shares = (np.arange(100) + 0.5) / 100
     rows = ends[0] + shares[:, None] * (ends[1] - ends[0])
-    grid = alone.joined({"left": rows[:, None], "right": rows[None]}).reshape(-1, 12)
+    grid = alone.join({"left": rows[:, None], "right": rows[None]}).reshape(-1, 12)
     tasks = {
         "ours": partial(coordinate_arms, alone, {"left": ends, "right": ends}),
         "theirs": partial(peer.verdicts, grid[:1000]),

@@ -1,6 +1,8 @@
-"""Writes docs/map.md, a line per package, and docs/map.csv, a line per module and quantity: their own first sentences.
+"""Writes docs/map.md, a line per package, docs/map.csv, a line per module and quantity, docs/names.md, one per name.
 
-python docs/make_map.py          writes both
+All in the first sentences of their docstrings.
+
+python docs/make_map.py          writes them
 python docs/make_map.py --check  fails if one is not what would be written
 """
 
@@ -8,12 +10,16 @@ from __future__ import annotations
 
 import ast
 import csv
+import inspect
 import sys
 import tomllib
 from collections.abc import Iterable, Iterator
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 
+from mafsil import Robot
+from mafsil.lazy_module import public_names
 from mafsil.mechanics.catalogue import CATALOGUE
 
 DOCS = Path(__file__).parent
@@ -29,9 +35,9 @@ def layers() -> list[str]:
 
 
 def main() -> int:
-    """Write or check the page and its table."""
+    """Write or check the pages and the table."""
     rows = [*_quantities(), *(row for package in layers() for row in _modules(SOURCE / package))]
-    pages = {"map.md": "\n".join(_lines()) + "\n", "map.csv": _table(rows)}
+    pages = {"map.md": "\n".join(_lines()) + "\n", "map.csv": _table(rows), "names.md": "\n".join(_names()) + "\n"}
     if "--check" in sys.argv:
         return int(any((DOCS / name).read_text("utf-8") != text for name, text in pages.items()))
     for name, text in pages.items():
@@ -51,6 +57,40 @@ def _lines() -> list[str]:
         (_, sentence, _), *rest = _modules(SOURCE / package)
         lines.append(f"| `{package}` | {1 + len(rest)} | {sentence} |")
     return lines
+
+
+def _names() -> Iterator[str]:
+    """Every name of every face once: where it stands highest, with the first sentence of its docstring."""
+    yield from (
+        "# Public names",
+        "",
+        "Made by `docs/make_map.py`. Each name is listed once, in the package where it is found first.",
+        "",
+    )
+    stubs = sorted(SOURCE.rglob("__init__.pyi"), key=lambda stub: (len(stub.parts), stub))
+    seen: set[int] = set()
+    for stub in stubs:
+        package = ".".join(stub.parent.relative_to(SOURCE.parent).parts)
+        things = {name: getattr(import_module(package), name) for name in public_names(import_module(package))}
+        new = {name: thing for name, thing in things.items() if id(thing) not in seen and _has_meaning(thing)}
+        seen |= {id(thing) for thing in new.values()}
+        yield from _section(package, new)
+    members = {name: getattr(Robot, name) for name in dir(Robot) if not name.startswith("_")}
+    yield from _section("Robot", {name: thing for name, thing in members.items() if _has_meaning(thing)})
+
+
+def _has_meaning(thing: object) -> bool:
+    named = inspect.isroutine(thing) or inspect.isclass(thing) or inspect.ismodule(thing) or isinstance(thing, property)
+    return bool((named or type(thing).__module__.startswith("mafsil")) and inspect.getdoc(thing))
+
+
+def _section(title: str, things: dict[str, object]) -> list[str]:
+    rows = [f"| `{name}` | {_sentence(thing)} |" for name, thing in sorted(things.items())]
+    return [f"## {title}", "", "| name | meaning |", "|---|---|", *rows, ""] if rows else []
+
+
+def _sentence(thing: object) -> str:
+    return (inspect.getdoc(thing) or "").partition("\n")[0].replace("|", "\\|")
 
 
 def _quantities() -> Iterator[tuple[str, str, str]]:

@@ -5,11 +5,14 @@ A package offers the names of its stub; collections of algorithms get a section 
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import re
-from collections.abc import Mapping
+import textwrap
+from collections.abc import Iterator, Mapping
 from enum import Enum
+from functools import cache
 from pathlib import Path
 
 from formulas import typeset
@@ -17,7 +20,10 @@ from sphinx.application import Sphinx
 
 from mafsil.lazy_module import public_names
 
+DOCS = Path(__file__).parents[1]
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
+LONGEST = 8
+"""Lines of an example."""
 FOLDER = Path(__file__).parents[1] / "reference"
 PACKAGES = {
     "robot": ("Robots", "load a robot; its kinematics, statics and dynamics"),
@@ -133,7 +139,46 @@ def _entry(package: str, name: str, thing: object) -> list[str]:
             *(["   :no-index:"] if foreign else []),
             "",
         ]
-    return [f".. autofunction:: mafsil.{package}.{name}", ""] if callable(thing) else []
+    return [f".. autofunction:: mafsil.{package}.{name}", "", *_example(name)] if callable(thing) else []
+
+
+def _example(name: str) -> list[str]:
+    """The shortest statement of the guide that calls a function, below its entry; tests run all code of the guide."""
+    if name not in examples():
+        return []
+    page, code = examples()[name]
+    lines = [".. code-block:: python", "", *(f"   {line}" for line in code.splitlines())]
+    lines = [".. rubric:: Example", "", *lines, "", f"From :doc:`/{page}`.", ""]
+    return [f"   {line}".rstrip() for line in lines]
+
+
+@cache
+def examples() -> dict[str, tuple[str, str]]:
+    """Page and shortest calling statement of every function that the code of the guide calls by its name."""
+    found: dict[str, tuple[str, str]] = {}
+    for page in sorted(DOCS.glob("[!.]*.md")):
+        blocks = [] if ".ar" in page.name else re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.S)
+        lists = re.findall(r"^from mafsil\S* import (?:\w+ as )?([\w, ]+)$", "\n".join(blocks), re.M)
+        modules = {"mf", *re.findall(r"\w+", " ".join(lists))}
+        for name, code in (pair for block in blocks for pair in _calls(block, modules)):
+            if name not in found or len(code) < len(found[name][1]):
+                found[name] = page.stem, code
+    return found
+
+
+def _calls(block: str, modules: set[str]) -> Iterator[tuple[str, str]]:
+    """Names that a block calls, each with the statement, or the head of the loop, in which it does."""
+    lines = block.splitlines()
+    for statement in ast.walk(ast.parse(block)):
+        if isinstance(statement, ast.stmt) and not isinstance(statement, ast.FunctionDef | ast.ClassDef):
+            body = getattr(statement, "body", None)
+            end = body[0].lineno - 1 if body else statement.end_lineno or statement.lineno
+            parts = [statement.iter] if isinstance(statement, ast.For) else [] if body else [statement]
+            code = textwrap.dedent("\n".join(lines[statement.lineno - 1 : end]))
+            for call in (node for part in parts for node in ast.walk(part) if isinstance(node, ast.Call)):
+                *owners, name = ast.unparse(call.func).split(".")
+                if code.count("\n") < LONGEST and (not owners or owners[0] in modules):
+                    yield name, code
 
 
 def _modules(package: str) -> list[str]:

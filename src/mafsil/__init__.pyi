@@ -8,6 +8,7 @@ from mafsil import identification as identification
 from mafsil import ik as ik
 from mafsil import mobility as mobility
 from mafsil import model as model
+from mafsil import one_joint as one_joint
 from mafsil import parallel as parallel
 from mafsil import performance as performance
 from mafsil import planning as planning
@@ -19,7 +20,6 @@ from mafsil.errors import InputError as InputError
 from mafsil.errors import InputWarning as InputWarning
 from mafsil.errors import MafsilError as MafsilError
 from mafsil.errors import ModelError as ModelError
-from mafsil.errors import ModelWarning as ModelWarning
 from mafsil.errors import language as language
 from mafsil.geometry import Pose as Pose
 from mafsil.geometry import Rotation as Rotation

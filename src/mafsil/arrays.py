@@ -397,7 +397,7 @@ def frozen(array: ArrayLike) -> Floats:
 _NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 
-def crossed(a: Vector3, b: Vector3) -> Vector3:
+def cross(a: Vector3, b: Vector3) -> Vector3:
     """a x b, row by row: of few vectors NumPy's own spends ten times as long on moving axes.
 
     Args:

@@ -14,7 +14,7 @@ Check: TypeAlias = Callable[[str, Any], Any]
 """What a field may hold: of its name and what was given, what is kept; raises InputError. Such as `arrays.positive`."""
 
 
-def checked(**fields: Check) -> Callable[[Any], None]:
+def check_fields(**fields: Check) -> Callable[[Any], None]:
     """The `__post_init__` of a data class, or its first step: every field is held against what it may be.
 
     Args:

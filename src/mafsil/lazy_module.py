@@ -79,7 +79,7 @@ def lazily(name: str) -> LazyModule:
     return LazyModule(name)
 
 
-def loaded(module: T) -> T:
+def load_module(module: T) -> T:
     """The module itself that a `LazyModule` stands for, for a call that needs several of its names.
 
     Args:

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import real_array, require_finite
 from mafsil.errors import ArgumentError, InputError, MafsilError
 from mafsil.messages import LANGUAGES, say
-from mafsil.unbound import Hint, maker_hint, maker_of, unbound
+from mafsil.unbound import Hint, binding_error, maker_hint, maker_of
 
 LOOKED_AT = 100
 """Elements of a sequence or table that are looked at."""
@@ -54,7 +54,7 @@ def fault_of(
         hints |= {name: type(owner) for name, hint in hints.items() if hint is _SELF}
         taken, args = taken.replace(parameters=list(taken.parameters.values())[1:]), tuple(rest)
     # 1.
-    fault = unbound(function, owner, taken, args, named, hints)
+    fault = binding_error(function, owner, taken, args, named, hints)
     if fault is not None and fault.key != "input.missing":
         return fault
     given = list(_given(taken, hints, args, named))
@@ -114,7 +114,7 @@ def _misfit(name: str, value: Any, hint: Any) -> ArgumentError:
             real_array(name, value)
         except InputError as fault:
             return ArgumentError(fault.key, **fault.details)
-    details = {"name": name, "expected": expected(hint), "got": _shown(value)}
+    details = {"name": name, "annotation_in_words": annotation_in_words(hint), "got": _shown(value)}
     maker = _makers(hint)
     return ArgumentError("input.misfit_maker" if maker else "input.misfit", maker=maker, **details)
 
@@ -145,7 +145,11 @@ def _unlikely(name: str, value: Any, hint: Any, shape: tuple[str, ...] | None) -
     if int in kinds and _whole(value) and not 0 <= value <= MOST:
         return InputError("input.whole", name=name, value=value, low=0, high=MOST)
     empty = isinstance(value, str) and not value
-    return ArgumentError("input.misfit", name=name, expected=expected(hint), got=_shown(value)) if empty else None
+    return (
+        ArgumentError("input.misfit", name=name, expected=annotation_in_words(hint), got=_shown(value))
+        if empty
+        else None
+    )
 
 
 _DOCUMENTED = re.compile(r"^ +(\w+(?:, \w+)*): \(([^()]*)\)", re.MULTILINE)
@@ -322,7 +326,7 @@ _PLAIN: dict[Any, Callable[[Any], bool]] = {
 }
 
 
-def expected(hint: Any) -> str:
+def annotation_in_words(hint: Any) -> str:
     """An annotation in words.
 
     Args:
@@ -332,11 +336,11 @@ def expected(hint: Any) -> str:
     if _is_array(hint):
         return say("input.of_numbers")
     if origin in (typing.Union, types.UnionType):
-        return say("input.or").join(dict.fromkeys(expected(each) for each in inner))
+        return say("input.or").join(dict.fromkeys(annotation_in_words(each) for each in inner))
     if origin is typing.Literal:
         return ", ".join(map(str, inner))
     if origin is typing.Annotated:
-        return expected(inner[0])
+        return annotation_in_words(inner[0])
     if hint in (None, type(None)):
         return "None"
     word = _WORDS.get(hint) if isinstance(hint, type) else None
@@ -349,7 +353,7 @@ def expected(hint: Any) -> str:
     if isclass(kind) and issubclass(kind, Mapping):
         return say("input.a_table")
     if isclass(kind) and kind.__module__ in ("collections.abc", "builtins"):
-        return say("input.several", each=expected(inner[0]) if inner else say("input.values"))
+        return say("input.several", each=annotation_in_words(inner[0]) if inner else say("input.values"))
     return getattr(kind, "__name__", str(kind))
 
 

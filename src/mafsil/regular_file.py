@@ -15,7 +15,7 @@ from mafsil.messages import say
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str], most: float = float("inf")) -> Generator[BinaryIO]:
+def open_regular(path: str | os.PathLike[str], most: float = float("inf")) -> Generator[BinaryIO]:
     """A regular file, open for reading bytes.
 
     Args:
@@ -44,7 +44,7 @@ def regular_bytes(path: str | os.PathLike[str], most: int) -> bytes:
     Raises:
         OSError, ValueError: it cannot be opened, or is no regular file.
     """
-    with opened(path) as file:
+    with open_regular(path) as file:
         return file.read(most)
 
 
@@ -56,9 +56,9 @@ def whole_bytes(path: str | os.PathLike[str], most: int) -> bytes:
         most: bytes beyond which it is refused.
 
     Raises:
-        OSError, ValueError: as `opened`.
+        OSError, ValueError: as `open_regular`.
     """
-    with opened(path, most) as file:
+    with open_regular(path, most) as file:
         return file.read(most)
 
 
@@ -70,9 +70,9 @@ def whole_text(path: str | os.PathLike[str], most: int, encoding: str = "utf-8")
         encoding: of the text.
 
     Raises:
-        OSError, ValueError: as `opened`; bytes that are no text in the encoding.
+        OSError, ValueError: as `open_regular`; bytes that are no text in the encoding.
     """
-    with opened(path, most) as file:
+    with open_regular(path, most) as file:
         return TextIOWrapper(file, encoding=encoding).read()
 
 

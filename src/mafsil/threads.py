@@ -20,13 +20,13 @@ def available() -> int:
     """Threads of a batch when the caller does not say: MAFSIL_THREADS, or the cores this process may use."""
     setting = os.environ.get(THREADS_VARIABLE, "")
     if setting:
-        return checked(setting, THREADS_VARIABLE)
+        return check_count(setting, THREADS_VARIABLE)
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
-def checked(count: int | str, name: str = "threads") -> int:
+def check_count(count: int | str, name: str = "threads") -> int:
     """A positive whole number of threads.
 
     Raises:

@@ -38,7 +38,7 @@ class Hint:
         return say(self.key, language=language, **self.details) if self.key else ""
 
 
-def unbound(
+def binding_error(
     function: Callable[..., object],
     owner: object,
     taken: Signature,
@@ -58,7 +58,7 @@ def unbound(
     parameters = taken.parameters
     places = [name for name, one in parameters.items() if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
     known, complete = _keywords(taken, hints)
-    shown = called(function, owner)
+    shown = call_text(function, owner)
     details: dict[str, object] = {"name": shown, "inputs": ", ".join(known)}
     doubtful = [name for name in named if name in places[: len(args)] or (complete and name not in known)]
     if doubtful:
@@ -118,7 +118,7 @@ def _too_many(
     return ArgumentError("input.by_name", form=f"{shown}({form})", hint=hint, **details)
 
 
-def called(function: Callable[..., object], owner: object) -> str:
+def call_text(function: Callable[..., object], owner: object) -> str:
     """How a call is written: `plan`, `Checker`, `Checker.free`.
 
     Args:

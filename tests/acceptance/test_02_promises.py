@@ -38,7 +38,7 @@ def test_actuated_joints_determine_the_passive_ones():
     start = np.zeros(closed.coordinates)
     for name, value in driven.items():
         start[closed.columns_of([name])] = value
-    found = mo.linkages.closed_near(closed, start, fixed=driven)
+    found = mo.linkages.close_loops_near(closed, start, fixed=driven)
     assert found
     for name, value in driven.items():
         assert found.theta[closed.columns_of([name])[0]] == value
@@ -99,7 +99,7 @@ def test_which_quantities_of_the_tip_count():
         "pose": (6, "SE(3)"),
     }
     for task, (dimension, name) in expected.items():
-        assert (mo.space_named(task).dimension, mo.space_named(task).name) == (dimension, name)
+        assert (mo.named_space(task).dimension, mo.named_space(task).name) == (dimension, name)
         assert mo.spaces.task_redundancy(7, task) == 7 - dimension
     robot = mf.load("ur5e")
     T = robot.forward_kinematics(np.array([0.3, -1.2, 1.1, 0.2, 0.9, -0.4]))
@@ -112,7 +112,7 @@ def test_what_a_scara_a_spray_gun_and_a_wrist_leave_free():
     """Task spaces by the ranks of velocities, not by their names."""
     scara, q = mf.load("scara_rrrp"), np.array([0.3, -0.7, 0.5, 0.1])
     J = scara.jacobian_space(q)
-    assert np.linalg.matrix_rank(J, 1e-9) == mo.space_named("position and angle").dimension == 4
+    assert np.linalg.matrix_rank(J, 1e-9) == mo.named_space("position and angle").dimension == 4
     np.testing.assert_allclose(J[:2], 0.0, atol=1e-12)
     # The gun turns about its own axis z_b: a rate of the joints that neither the place nor the direction notices.
     arm, q = mf.load("ur5e"), np.array([0.3, -1.2, 1.1, 0.2, 0.9, -0.4])
@@ -121,7 +121,7 @@ def test_what_a_scara_a_spray_gun_and_a_wrist_leave_free():
     np.testing.assert_allclose(turned[:3, 2:], 0.0, atol=1e-9)
     assert np.abs(turned[:3, 0]).max() > 1e-5
     rows = [0, 1, 3, 4, 5]
-    assert np.linalg.matrix_rank(arm.jacobian_body(q)[rows], 1e-9) == mo.space_named("position and direction").dimension
+    assert np.linalg.matrix_rank(arm.jacobian_body(q)[rows], 1e-9) == mo.named_space("position and direction").dimension
     assert mo.spaces.task_redundancy(6, "position and direction") == 1
     # A wrist of three joints: all rotations, none of the place.
     wrist = mf.Robot.from_screws([[0, 0, 1, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]], np.eye(4))
@@ -146,7 +146,7 @@ def test_a_body_of_the_plane_is_one_of_space_with_three_constraints():
     assert np.linalg.matrix_rank(J[:, :3], 1e-6) == 1
     assert np.linalg.matrix_rank(J[:, 3:], 1e-6) == 2
     for name, linear, angular in (("body in space", 3, 3), ("coin", 2, 1)):
-        assert mo.space_named(name).dimension == linear + angular
+        assert mo.named_space(name).dimension == linear + angular
 
 
 @pytest.mark.capability("02-85")

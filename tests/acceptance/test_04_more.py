@@ -59,7 +59,7 @@ def test_relative_and_inverse_motion():
     in_c = twist.transform(pose.inverse(T_bc), given["V_bc_space"])
     body = relative_motion.body(in_b, T_bc, in_c)
     near(case, body, want["V_ac_body"])
-    space_ca, body_ca = relative_motion.exchanged(V_ac, body)
+    space_ca, body_ca = relative_motion.exchange_bodies(V_ac, body)
     near(case, space_ca, want["V_ca_space"])
     near(case, body_ca, want["V_ca_body"])
 

@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.geometry import pose, screw, wrench
 from mafsil.geometry.points import common_normal
-from mafsil.model.frame_changes import reframed
+from mafsil.model.frame_changes import change_frames
 from mafsil.model.library import planar, textbook
 from mafsil.performance import (
     determinant_factors,
@@ -173,7 +173,7 @@ def test_base_and_tool_leave_the_singular_set_alone():
     arm = ROBOTS[case["input"]["same_robot_as"]]
     q, P, Q = case["input"]["theta"], pose.project(case["input"]["P"]), pose.project(case["input"]["Q"])
     J_s, J_b = arm.jacobian_space(q), arm.jacobian_body(q)
-    moved, held = Robot(reframed(arm, base=P)), Robot(reframed(arm, tool=Q))
+    moved, held = Robot(change_frames(arm, base=P)), Robot(change_frames(arm, tool=Q))
     named = {
         "Ad_P Js": pose.adjoint(P) @ J_s,
         "Jb": J_b,

@@ -35,7 +35,7 @@ def test_counted_mobility():
         for k in range(case["sum_f"] - case["J"]):
             freedoms[k % case["J"]] += 1
         assert max(freedoms) <= most
-        assert mo.count(case["N"], freedoms, case["space"]).mobility == case["dof"]
+        assert mo.gruebler_count(case["N"], freedoms, case["space"]).mobility == case["dof"]
     assert pa.three_rps(1.0, 0.5, 1.2).counted_mobility == 3
     found = mo.structure(mo.library.six_ups())
     assert (found.status, found.loops) == (StructureStatus.MANY_LOOPS, 5)
@@ -140,7 +140,7 @@ def test_general_five_five_five():
         np.stack([screw.from_axis(w, q) for w, q in zip(axes, points, strict=True)], axis=1)
         for axes, points in zip(case["axis_directions"], case["axis_points"], strict=True)
     ]
-    robot = pa.LegMechanism(pa.legs_of(screws, pose.from_translation([0, 0, 1.2])), (0, 5, 10))
+    robot = pa.LegMechanism(pa.legs_from_screws(screws, pose.from_translation([0, 0, 1.2])), (0, 5, 10))
     assert robot.counted_mobility == 3
     zero, tol = np.zeros(15), case["tol"]
     H = robot.loop_matrix(zero)
@@ -201,7 +201,7 @@ def test_elimination_of_three_rps():
     found = pa.ThreeRPS(legs["base_radius"], legs["platform_radius"]).forward_kinematics(
         np.sqrt(1.25) + np.array(legs["q_a"])
     )
-    assert len(pa.platforms.trimmed(found.coefficients)) - 1 == case["degree"]
+    assert len(pa.platforms.trim_leading(found.coefficients)) - 1 == case["degree"]
     assert len(found.t) == case["n_solutions"]
     assert found.real == case["n_real"]
     t1 = found.t[: found.real, 0].real

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mafsil.mobility import FourBar
-from mafsil.parallel import FiveBar, LoopSingularity, ParallelCranks, PlanarChain, driven_rates, good_motors
+from mafsil.parallel import FiveBar, LoopSingularity, ParallelCranks, PlanarChain, choose_actuators, driven_rates
 from mafsil.parallel.planar import output_angles, singular_points
 from tests.acceptance.reading import unread_after
 from tests.acceptance.test_08_closed_chains import CASES, near
@@ -120,7 +120,7 @@ def test_five_bar_singularities():
         assert found.rank == case["rank_H"]
         H = robot.chain.loop_matrix(theta)
         if "rank_Hp" in case:
-            good = good_motors(H, 2, 3)
+            good = choose_actuators(H, 2, 3)
             for name, driven in pairs().items():
                 assert driven_rates(H, driven).rank_passive == case["rank_Hp"][name]
                 assert driven_rates(H, driven).regular is (case["rank_Hp"][name] == 3)
@@ -142,7 +142,7 @@ def test_five_bar_singularities():
             motions = np.linalg.svd(H)[2][3:].T
             assert np.linalg.matrix_rank(robot.point_rates(theta) @ motions, 1e-6) == case["rank_JC_on_kerH"]
             near(np.abs(found.blocked[:, 0]), case["blocked_direction"], 1e-7)
-            bad = [name for name, driven in pairs().items() if driven not in good_motors(H, 2, 3)]
+            bad = [name for name, driven in pairs().items() if driven not in choose_actuators(H, 2, 3)]
             assert bad == case["actuated_pairs_singular"]
 
 

@@ -418,7 +418,7 @@ def test_limits_of_admittance():
     ).session(fed["dt"])
     V = np.array([fed["V"], 0.0])
     push = wanted.acceleration(np.array([fed["X"], 0.0]), V, np.array([float(fed["F_ext"]), 0.0]))
-    agree(law.commanded(V, push)[0], expected["commanded_acceleration"], tol)
+    agree(law.commanded_acceleration(V, push)[0], expected["commanded_acceleration"], tol)
 
 
 @pytest.mark.capability("10-71")

@@ -111,7 +111,7 @@ def test_pid_beside_pd():
     given, expected, tol = parts("pid_vs_pd_response")
     assert given["continuous_time"]
     law = one_joint.JointLaw.pid(given["Kp"], [0.0, given["Ki"]], given["Kd"])
-    run = one_joint.run(
+    run = one_joint.simulate_joint(
         book_arm(given), law, given["theta_d"], 40.0, start=-np.pi / 2, speed=given["theta_dot0"], step=1e-3
     )
     agree(run.error_at(expected["t"]), [expected["theta_e_pd"], expected["theta_e_pid"]], tol)
@@ -127,7 +127,7 @@ def test_pid_as_pseudo_code():
     plant = CASES[given["same_plant_as"]]["input"]
     law = one_joint.JointLaw.pid(plant["Kp"], plant["Ki"], plant["Kd"])
     for period, errors in zip(given["dt"], expected["theta_e_at_1_2_5_s"], strict=True):
-        run = one_joint.run_sampled(book_arm(plant), law, 0.0, 5.0, period=period, start=-np.pi / 2)
+        run = one_joint.simulate_sampled(book_arm(plant), law, 0.0, 5.0, period=period, start=-np.pi / 2)
         agree(run.error_at([1.0, 2.0, 5.0]), errors, tol)
 
 
@@ -141,7 +141,7 @@ def test_feedforward_feedback_and_computed_torque():
         def reference(t):
             return centre - A * np.cos(t), A * np.sin(t), A * np.cos(t)
 
-        return one_joint.run(arm, law, reference, np.pi, start=centre - A, step=np.pi / 20000)
+        return one_joint.simulate_joint(arm, law, reference, np.pi, start=centre - A, step=np.pi / 20000)
 
     for k, A in enumerate((1.0, np.pi / 4)):
         first = follow(one_joint.JointLaw.feedforward(model), -np.pi / 2, A)
@@ -165,7 +165,7 @@ def test_feedforward_feedback_and_computed_torque():
 def test_integral_gain_above_its_limit_grows():
     given, expected, _ = parts("pid_ki_bound_under_gravity")
     law = one_joint.JointLaw.pid(given["Kp"], [4.9, 5.4], given["Kd"])
-    run = one_joint.run(book_arm(given), law, np.pi / 2, 120.0, start=np.pi / 2 - 0.01, step=2e-3)
+    run = one_joint.simulate_joint(book_arm(given), law, np.pi / 2, 120.0, start=np.pi / 2 - 0.01, step=2e-3)
     early, late = (np.abs(run.error[:, part]).max(axis=-1) for part in (slice(0, 10000), slice(-10000, None)))
     assert bool(late[0] < early[0]) == expected["from_offset_0_01_Ki_4_9_decays"]
     assert bool(late[1] > early[1]) == expected["from_offset_0_01_Ki_5_4_grows"]

@@ -10,7 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import rotation
 from mafsil.model import Limits
-from mafsil.planning import PotentialField, disc
+from mafsil.planning import PotentialField, disc_distance
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.trajectory import (
     cubic,
@@ -349,7 +349,7 @@ def test_cartesian_branch_change():
 def test_potential_field():
     case = CASES["potential_field"]
     given, expected, tol = case["input"], case["expected"], case["tol"]
-    obstacle = disc(given["disc"]["c"], given["disc"]["r"])
+    obstacle = disc_distance(given["disc"]["c"], given["disc"]["r"])
     field = PotentialField.of(given["goal"], [obstacle], kp=given["kp"], eta=given["eta"], reach=given["rho0"])
     x = np.array(given["x"], dtype=float)
     np.testing.assert_allclose(obstacle(x)[0], expected["rho"], atol=tol)
@@ -359,7 +359,7 @@ def test_potential_field():
     stuck = expected["local_minimum"]
     ahead = PotentialField.of(
         given["goal"],
-        [disc(stuck["disc"]["c"], stuck["disc"]["r"])],
+        [disc_distance(stuck["disc"]["c"], stuck["disc"]["r"])],
         kp=given["kp"],
         eta=given["eta"],
         reach=given["rho0"],

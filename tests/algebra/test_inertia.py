@@ -63,13 +63,13 @@ def test_changes_of_frame(body):
     T_ab = pose.exp([0.3, -0.2, 0.9, 0.5, 1.0, -0.7])
     moved = pose.act(T_ab, points)
     (G_b,) = evaluate("inertia.spatial_inertia", "m c:3 I:3,3", "G:6,6", mass, com, inertia)
-    (G_a,) = evaluate("inertia.transformed", "G:6,6 T:4,4", "G_a:6,6", G_b, T_ab)
+    (G_a,) = evaluate("inertia.transform_inertia", "G:6,6 T:4,4", "G_a:6,6", G_b, T_ab)
     com_a = masses @ moved / mass
     (direct,) = evaluate("inertia.spatial_inertia", "m c:3 I:3,3", "G:6,6", mass, com_a, about(moved - com_a, masses))
     assert np.abs(G_a - direct).max() < 1e-12
-    (turned,) = evaluate("inertia.rotated", "I:3,3 R:3,3", "I_a:3,3", inertia, T_ab[:3, :3])
+    (turned,) = evaluate("inertia.rotate_inertia", "I:3,3 R:3,3", "I_a:3,3", inertia, T_ab[:3, :3])
     assert np.abs(turned - about(moved - com_a, masses)).max() < 1e-12
-    (shifted,) = evaluate("inertia.shifted", "I:3,3 m d:3", "I_o:3,3", inertia, mass, com)
+    (shifted,) = evaluate("inertia.shift_inertia", "I:3,3 m d:3", "I_o:3,3", inertia, mass, com)
     assert np.abs(shifted - about(points, masses)).max() < 1e-12
 
 

@@ -185,7 +185,7 @@ def test_figure_2_11() -> None:
     assert figure["place"] == pytest.approx(point)
     assert figure["dimension"] == 2
     for k in (0, 1):
-        glued = [[mf.mobility.torus.embedded(end) for end in points("a", f"side {k} {side}")] for side in (0, 6)]
+        glued = [[mf.mobility.torus.embed_in_space(end) for end in points("a", f"side {k} {side}")] for side in (0, 6)]
         assert glued[0] == pytest.approx(np.array(glued[1]))
         seam = points("b", f"seam {k}")
         assert seam[0] == pytest.approx(glued[0][0])

@@ -34,7 +34,7 @@ def test_typed_rows_in_degrees(capsys: pytest.CaptureFixture[str]) -> None:
     rows = ["0 0 0 0", "0 90 0 0", "0.4318 0 0.15005 0", "0.0203 -90 0.4318 0", "0 90 0 0", "0 -90 0 0"]
     code, out, err = run(capsys, "puma560", "--dh", *rows, "--degrees")
     assert (code, err) == (0, ""), out
-    assert "everything is right" in out
+    assert "all correct" in out
     code, out, err = run(capsys, "puma560", "--dh", *rows)
     assert code == 1
     assert "degrees" in out

@@ -38,7 +38,7 @@ def test_a_way_round_a_wall_is_printed_and_written(capsys, tmp_path):
     scene = scene_of(parse_scene(Path(SCENE).read_text("utf-8")))
     checker = mf.collision.Checker(with_shapes(mf.load("panda").mechanism), scene, clearance=0.02, self_collision=False)
     assert checker.check_path(np.array(data["path"]))
-    motion = mf.trajectory.read(way, joints=mf.load("panda").joint_names)
+    motion = mf.trajectory.read_trajectory(way, joints=mf.load("panda").joint_names)
     t = np.linspace(0.0, motion.duration, 500)
     assert checker.free(motion.at(t).u).all()
     np.testing.assert_allclose(motion.at(motion.duration).u, np.radians([float(x) for x in RIGHT]), atol=1e-9)

@@ -28,7 +28,7 @@ def test_a_locked_joint_and_a_tool_move_the_tip(capsys: pytest.CaptureFixture[st
         "--lock", "joint7=45deg", "--tool", "0", "0", "100mm", "0", "0", "90deg",
     )  # fmt: skip
     T = pose.from_rotation_translation(rotation.from_rpy([0, 0, np.pi / 2]), [0, 0, 0.1])
-    robot = mf.load("panda").locked({"joint7": np.pi / 4}).with_tool(T)
+    robot = mf.load("panda").with_locked_joints({"joint7": np.pi / 4}).with_tool(T)
     np.testing.assert_allclose(found["pose"], robot.forward_kinematics([0.1, 0, 0, -1.5, 0, 1.5]), atol=1e-12)
 
 

@@ -37,7 +37,7 @@ def test_an_honest_no(tmp_path, capsys):
     file = tmp_path / "hinge.toml"
     file.write_text("degrees = true\nposes = [[1, 0, 0], [0, 1, 90], [-1, 0, 180]]", "utf-8")
     assert main(["synthesis", str(file)]) == 1
-    assert "single hinge" in "".join(capsys.readouterr())
+    assert "single revolute joint" in "".join(capsys.readouterr())
     assert main(["synthesis", str(file), "--candidate", "1"]) != 0
 
 
@@ -50,7 +50,7 @@ def test_the_error_of_a_function_is_shown(capsys):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "give one of"),
+        ("", "give exactly one of"),
         ("poses = [[0, 0, 0]]\npoints = [[0, 0]]", "poses, points"),
         ("poses = [[0, 0, 0]]", "3 to 5"),
         ("poses = [[0, 0], [1]]", "poses"),

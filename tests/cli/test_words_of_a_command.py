@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mafsil.cli.main import main
-from mafsil.cli.words import ordered
+from mafsil.cli.words import put_options_first
 from mafsil.robot import load
 
 ROOT = Path(__file__).parents[2]
@@ -70,10 +70,10 @@ def test_slips_are_met_with_the_right_words(capsys, words, said):
 
 
 def test_robot_first_and_the_other_order_too():
-    assert ordered(["derive", "panda", "fk"])[-2:] == ["panda", "fk"]
-    assert ordered(["derive", "fk", "panda"])[-2:] == ["panda", "fk"]
-    assert ordered(["identify", "a.csv", "b.urdf", "--degrees"])[-2:] == ["b.urdf", "a.csv"]
-    assert ordered(["identify", "b.urdf", "a.csv"])[-2:] == ["b.urdf", "a.csv"]
+    assert put_options_first(["derive", "panda", "fk"])[-2:] == ["panda", "fk"]
+    assert put_options_first(["derive", "fk", "panda"])[-2:] == ["panda", "fk"]
+    assert put_options_first(["identify", "a.csv", "b.urdf", "--degrees"])[-2:] == ["b.urdf", "a.csv"]
+    assert put_options_first(["identify", "b.urdf", "a.csv"])[-2:] == ["b.urdf", "a.csv"]
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_arm_against_arm_alone_is_coal(robot):
 def test_all_arms_are_each_arm_alone_and_the_arms_among_each_other(pair, seed):
     """The distance of all is the least of those of each arm alone and of bodies of different arms."""
     q = np.random.default_rng(seed).uniform(-2.8, 2.8, (40, 12))
-    alone = [pair.alone(name).distance(part).distance for name, part in pair.parted(q).items()]
+    alone = [pair.alone(name).distance(part).distance for name, part in pair.split(q).items()]
     found, least = pair.distance(q), np.min(alone, axis=0)
     assert (found.distance <= least + 1e-8).all()
     for row, contact, single in zip(q, found, least, strict=True):
@@ -79,7 +79,7 @@ def test_an_arm_may_keep_less_from_itself_than_from_the_other_arm(pair):
     cell = pair.with_clearance(0.06, own=0.001)
     q = cell.random_configurations(400)
     wanted = pair.met_by_each_other(pair.names).distance(q).distance > 0.06
-    for name, rows in pair.parted(q).items():
+    for name, rows in pair.split(q).items():
         alone = pair.alone(name)
         itself, around = alone.with_scene([]), Checker(alone.robot, alone.scene, self_collision=False)
         wanted &= (itself.distance(rows).distance > 0.001) & (around.distance(rows).distance > 0.06)
@@ -132,7 +132,7 @@ def test_arms_that_swing_through_each_other_are_caught_and_named(robot):
     """Both sweep the space between them; start and end are free."""
     both = MultiArmCell([ArmMount("left", robot), ArmMount("right", robot, FACING)])
     turns = np.array([0.0, 1.2, 0.3, 0.0, 0.0, 0.0]) + np.array([[-0.9], [0.9]]) * np.eye(6)[0]
-    a, b = both.joined({"left": turns, "right": turns})
+    a, b = both.join({"left": turns, "right": turns})
     assert both.free(np.stack([a, b])).all()
     assert not both.free_segment(a, b)
     answer = both.check_path(a, b)
@@ -148,13 +148,13 @@ def test_bodies_stand_where_each_arm_puts_them(pair, robot):
     q = pair.random_configurations(20)
     poses = pair.robot.link_poses(q)
     names = pair.robot.mechanism.link_names
-    for name, part in pair.parted(q).items():
+    for name, part in pair.split(q).items():
         T = np.eye(4) if name == "left" else TURNED
         for k, link in enumerate(robot.mechanism.link_names):
             np.testing.assert_allclose(
                 poses[:, names.index(f"{name}/{link}")], T @ robot.link_poses(part)[:, k], atol=1e-12
             )
-    np.testing.assert_array_equal(pair.joined(pair.parted(q)), q)
+    np.testing.assert_array_equal(pair.join(pair.split(q)), q)
 
 
 @pytest.mark.capability("11-45")
@@ -187,13 +187,13 @@ def test_what_is_refused(pair, robot):
     with pytest.raises(InputError, match="each with its own name"):
         MultiArmCell([])
     with pytest.raises(InputError, match="there is no arm 'up'"):
-        pair.joined({"left": np.zeros(6), "right": np.zeros(6), "up": np.zeros(6)})
+        pair.join({"left": np.zeros(6), "right": np.zeros(6), "up": np.zeros(6)})
     with pytest.raises(InputError, match="'right' are missing"):
-        pair.joined({"left": np.zeros(6)})
+        pair.join({"left": np.zeros(6)})
     with pytest.raises(InputError, match="there is no arm"):
         pair.alone("middle")
     with pytest.raises(InputError, match="right"):
-        pair.joined({"left": np.zeros(6), "right": [np.nan] * 6})
+        pair.join({"left": np.zeros(6), "right": [np.nan] * 6})
     with pytest.raises(ModelError, match="T_sb: not a pose"):
         MultiArmCell([ArmMount("a", robot, np.ones((4, 4)))])
 

@@ -10,7 +10,7 @@ import pytest
 
 import mafsil as mf
 from mafsil import collision
-from mafsil.collision import Box, Checker, Obstacle, Plane, Reason, Sphere
+from mafsil.collision import Box, Checker, Obstacle, Plane, SkipReason, Sphere
 from mafsil.collision.pairs import mesh_vertices
 from mafsil.collision.status import CheckStatus
 from tests.collision.arms import arm, arm_of_many_pieces, scene
@@ -132,7 +132,7 @@ def test_the_arm_meets_itself(tmp_path):
     pair = (answer.contacts[0].first, answer.contacts[0].second)
     fewer = Checker(checker.robot, skip=[pair])
     assert pair not in {(each.first, each.second) for each in fewer.check(folded).contacts}
-    assert any(each.reason is Reason.LISTED for each in fewer.skipped)
+    assert any(each.reason is SkipReason.LISTED for each in fewer.skipped)
 
 
 def test_pairs_that_are_not_checked_have_their_reasons(tmp_path):
@@ -141,11 +141,11 @@ def test_pairs_that_are_not_checked_have_their_reasons(tmp_path):
     srdf.write_text('<robot name="a"><disable_collisions link1="link1" link2="link3" reason="Never"/></robot>')
     checker = Checker(robot, srdf=srdf)
     reasons = {frozenset((each.first, each.second)): each.reason for each in checker.skipped}
-    assert reasons[frozenset(("link1", "link2"))] is Reason.ADJACENT
-    assert reasons[frozenset(("link1", "link3"))] is Reason.LISTED
+    assert reasons[frozenset(("link1", "link2"))] is SkipReason.ADJACENT
+    assert reasons[frozenset(("link1", "link3"))] is SkipReason.LISTED
     assert len(reasons) + len(checker.arm.pairs) == 21
     dropped = Checker(robot, skip_never_colliding=True)
-    unseen = [each for each in dropped.skipped if each.reason is Reason.UNSEEN]
+    unseen = [each for each in dropped.skipped if each.reason is SkipReason.UNSEEN]
     assert len(dropped.arm.pairs) + len(unseen) <= len(Checker(robot).arm.pairs)
 
 
@@ -162,7 +162,7 @@ def test_pairs_that_always_meet_are_left_out(tmp_path):
     path = tmp_path / "a.urdf"
     path.write_text(text)
     checker = Checker(str(path))
-    assert [each.reason for each in checker.skipped] == [Reason.ALWAYS]
+    assert [each.reason for each in checker.skipped] == [SkipReason.ALWAYS]
     assert checker.check(np.zeros(2))
     assert not Checker(str(path), samples=0).check(np.zeros(2))
 
@@ -235,7 +235,7 @@ def test_links_that_are_only_drawn_are_named(tmp_path):
 
 def test_a_robot_without_joints_is_refused_in_words(tmp_path):
     robot = arm(tmp_path)
-    still = Checker(robot.locked(dict.fromkeys(robot.joint_names, 0.1)), scene(7))
+    still = Checker(robot.with_locked_joints(dict.fromkeys(robot.joint_names, 0.1)), scene(7))
     for ask in (still.in_collision, still.distance, still.check):
         with pytest.raises(mf.MafsilError, match="no moving joint"):
             ask(np.zeros(0))

@@ -121,7 +121,7 @@ def _surfaces(name):
         parts = []
         for one in theirs.mechanism.links[index].visuals:
             assert isinstance(one.geometry, Mesh)
-            surface, X = mesh.read(one.geometry.path).scaled(one.geometry.scale), T @ one.T_lg
+            surface, X = mesh.read(one.geometry.path).scale(one.geometry.scale), T @ one.T_lg
             parts.append((surface.vertices @ X[:3, :3].T + X[:3, 3], surface.faces))
         found.append(parts)
     return found

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.collision import Checker, Reason, Sphere
+from mafsil.collision import Checker, SkipReason, Sphere
 
 ROBOTS = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots"
 
@@ -50,7 +50,7 @@ def test_hinges_at_one_point_with_empty_links_between_are_one_joint(tmp_path, be
     share = float(pair.in_collision(pair.random_configurations(1000)).mean())
     assert (share > 0.45) is (hand > 0.05)
     assert not plain.in_collision(plain.zero)
-    assert (reasons(Checker(robot)).get(("l1", "l4")) is Reason.OFTEN) is out
+    assert (reasons(Checker(robot)).get(("l1", "l4")) is SkipReason.OFTEN) is out
 
 
 def test_bodies_that_meet_at_zero_and_often_are_left_out_and_named(tmp_path):
@@ -59,7 +59,7 @@ def test_bodies_that_meet_at_zero_and_often_are_left_out_and_named(tmp_path):
         tmp_path, ([(0.0, 0.1)], "", ""), ([(0.0, 0.02)], "0.1 0 0", "0 0 1"), ([(-0.05, 0.02)], "0 0 0", "0 1 0")
     )
     checker = Checker(robot)
-    assert reasons(checker)["l0", "l2"] is Reason.OFTEN
+    assert reasons(checker)["l0", "l2"] is SkipReason.OFTEN
     assert checker.free(np.zeros(2))
     assert "l0 - l2" in checker.account()
     assert "l0 - l2" in checker.account("ar")
@@ -72,7 +72,7 @@ def test_bodies_that_meet_at_zero_and_often_are_left_out_and_named(tmp_path):
     srdf.write_text("<robot name='chain'/>")
     assert ("l0", "l2") not in reasons(Checker(robot, srdf=srdf))
     known = Checker(robot, samples=0, known_free=[[1.5, 0.0], [0.0, 0.0]])
-    assert reasons(known)["l0", "l2"] is Reason.REST
+    assert reasons(known)["l0", "l2"] is SkipReason.REST
     assert known.free(np.zeros(2))
     assert "known_free=): 1 (l0 - l2)" in known.account("en")
     assert ("l0", "l2") not in reasons(Checker(robot, samples=0, known_free=[2.4, 0.0]))

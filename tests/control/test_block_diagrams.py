@@ -8,11 +8,11 @@ import pytest
 import mafsil as mf
 from mafsil.control import (
     Impedance,
+    add_delay,
     block_diagram,
-    combined,
+    combine,
     computed_torque,
     current_loop,
-    delayed,
     feedforward,
     force_control,
     gravity_compensation,
@@ -37,14 +37,14 @@ LAWS = {
     "pid": pid(6, 100.0, 20.0, 3.0),
     "pd_gravity": gravity_compensation(ARM, 100.0, 20.0),
     "computed_torque": computed_torque(ARM),
-    "feedforward_pd": combined(feedforward(ARM), pid(6, 50.0, 5.0)),
+    "feedforward_pd": combine(feedforward(ARM), pid(6, 50.0, 5.0)),
     "force": force_control(ARM, WRENCH, sensor=lambda q, qd: 0.3 * np.ones(6), kp=0.5, ki=1.0, damping=4.0),
     "null_space": null_space_feedback(ARM),
     "task": task_computed_torque(ARM, hold_pose(T)),
     "impedance": impedance_control(ARM, Impedance.of(6, stiffness=1.0), hold_pose(T)),
     "hybrid": hybrid_control(ARM, hold_pose(T), [0, 0, 0, 0, 0, 1], WRENCH),
     "sliding": sliding_mode(ARM),
-    "late": delayed(current_loop(computed_torque(ARM), 2000.0), 0.002),
+    "late": add_delay(current_loop(computed_torque(ARM), 2000.0), 0.002),
 }
 
 

@@ -16,7 +16,7 @@ from mafsil.trajectory.status import PlanStatus
 
 def chain_of(name):
     chain = ClosedChain(mf.mobility.mechanism_of(getattr(mf.mobility.library, name)()))
-    q = chain.closed(np.zeros(chain.n)).q
+    q = chain.close_loops(np.zeros(chain.n)).q
     return chain, q, np.asarray(chain.robot.forward_kinematics(q))
 
 
@@ -27,7 +27,7 @@ def shifted(T, *xyz, turn=(0.0, 0.0, 0.0)):
 def off(chain, path, joints, task="pose"):
     """Largest deviation of the whole pose or the place, between the knots too."""
     s = np.linspace(0.0, 1.0, 300)
-    closed = chain.closed(joints.at(s).u, hold=chain.actuated, tries=1)
+    closed = chain.close_loops(joints.at(s).u, hold=chain.actuated, tries=1)
     assert closed
     T, wanted = np.asarray(chain.robot.forward_kinematics(closed.q)), path.poses(s)
     error = np.abs(T - wanted)

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mafsil as mf
-from mafsil.control import SpringDamper, TaskTarget, Wall, combined, force_control, hybrid_control, task_dynamics
+from mafsil.control import SpringDamper, TaskTarget, Wall, combine, force_control, hybrid_control, task_dynamics
 from mafsil.control.contact import (
     ContactMode,
     applied_wrench,
     constrained_dynamics,
+    constraint_in_joints,
     contact_mode,
-    in_joints,
     tip_wrench_of,
 )
 from mafsil.errors import InputError
@@ -37,7 +37,7 @@ def test_force_control_against_a_spring():
 
     wrench, errors = np.array([0.0, 0.0, 0.0, 12.0, -7.0, 0.0]), {}
     for name, gains in (("open", {}), ("closed", {"sensor": sensed, "kp": 0.5, "ki": 10.0})):
-        law = combined(force_control(arm, wrench, damping=20.0, **gains), _Damping(arm, 5.0))
+        law = combine(force_control(arm, wrench, damping=20.0, **gains), _Damping(arm, 5.0))
         found = run(arm, law, q, 2.0, plant=plant, step=2.5e-4)
         assert found.status.name == "COMPLETED"
         errors[name] = np.abs(wrench - sensed(found.q[-1], found.qd[-1])).max()
@@ -108,7 +108,7 @@ def test_constrained_motion_against_the_whole_system(m, data):
     assert np.linalg.matrix_rank(P, tol=1e-7) == m - k
     np.testing.assert_allclose(N.T @ F, N.T @ (Lambda @ held.acceleration + h), atol=1e-8)
     J = rng.normal(size=(m, m))
-    np.testing.assert_allclose(in_joints(A, J), A @ J)
+    np.testing.assert_allclose(constraint_in_joints(A, J), A @ J)
 
 
 @pytest.mark.capability("10-70", "10-113")
@@ -117,9 +117,9 @@ def test_constraints_said_in_joints_have_the_same_multipliers():
     now = task_dynamics(UR5E, Q, qd)
     A = np.eye(6)[[2, 5]]
     at_tip = constrained_dynamics(now.inertia, now.velocity_force + now.gravity_force, A, F, now.V)
-    rate = in_joints(A, now.J_rate)
+    rate = constraint_in_joints(A, now.J_rate)
     bias = UR5E.velocity_torque(Q, qd) + UR5E.gravity_torque(Q)
-    at_joints = constrained_dynamics(UR5E.mass_matrix(Q), bias, in_joints(A, now.J), now.J.T @ F, qd, rate)
+    at_joints = constrained_dynamics(UR5E.mass_matrix(Q), bias, constraint_in_joints(A, now.J), now.J.T @ F, qd, rate)
     np.testing.assert_allclose(at_joints.multipliers, at_tip.multipliers, atol=1e-8)
     with pytest.raises(InputError, match="depend"):
         constrained_dynamics(now.inertia, np.zeros(6), [[1.0, 0, 0, 0, 0, 0], [2.0, 0, 0, 0, 0, 0]], F)
@@ -138,7 +138,7 @@ def test_hybrid_control_slides_along_a_wall():
     """10 N into a stiff wall while the tip moves 0.1 m along it: force and position both as asked for."""
     wall = Wall(T[:3, 3], [0.0, 0.0, 1.0], stiffness=5e4, damping=400.0)
     plant = Plant(UR5E, friction=False, environment=wall)
-    law_of_time = time_law("quintic").unit().stretched(1.5)
+    law_of_time = time_law("quintic").unit().scale_time(1.5)
 
     def reference(t):
         s, rate, growth = (float(x[..., 0]) for x in law_of_time.at(t))

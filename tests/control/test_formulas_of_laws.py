@@ -12,10 +12,10 @@ from mafsil.control import (
     SpringDamper,
     TaskCoordinates,
     TaskTarget,
+    add_delay,
     block_diagram,
     computed_torque,
     current_loop,
-    delayed,
     elastic_arm,
     energy_certificate,
     force_control,
@@ -190,7 +190,7 @@ def test_late_efforts_and_those_of_a_drive():
         def session(self, period):
             return self
 
-    session = delayed(Ramp(), 0.03).session(0.01)
+    session = add_delay(Ramp(), 0.03).session(0.01)
     got = [float(session(0.01 * k, Q, QD, WANTED)[0]) for k in range(8)]
     np.testing.assert_allclose(got[3:], 0.01 * np.arange(5), atol=1e-12)
     assert got[:3] == [0.0, 0.0, 0.0]

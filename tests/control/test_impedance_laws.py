@@ -10,7 +10,7 @@ from mafsil.control import (
     Impedance,
     Wall,
     admittance_control,
-    combined,
+    combine,
     hold_pose,
     impedance_control,
     linearize,
@@ -37,7 +37,7 @@ def test_a_tip_that_is_pushed_moves_as_its_virtual_mass(kind):
         law = impedance_control(PANDA, wanted, hold_pose(start), coordinates=POSITION, sensor=lambda q, qd: push)
     else:
         law = admittance_control(PANDA, wanted, hold_pose(start), lambda q, qd: push, coordinates=POSITION)
-    still = combined(law, _NullDamping(PANDA))
+    still = combine(law, _NullDamping(PANDA))
     found = run(PANDA, still, Q7, 1.0, plant=plant, step=5e-4)
     moved = PANDA.forward_kinematics(found.q)[:, :3, 3] - start[:3, 3]
     roots = Impedance.of(1, inertia=4.0, damping=30.0, stiffness=200.0).roots
@@ -109,10 +109,10 @@ def test_a_redundant_arm_bears_its_gravity_beside_the_task_too(law):
         T = arm.forward_kinematics(q)
         if law == "impedance":
             soft = Impedance.of(6, damping=[20, 20, 20, 200, 200, 200], stiffness=[40, 40, 40, 900, 900, 900])
-            chosen = combined(impedance_control(arm, soft, hold_pose(T)), null_space_feedback(arm, natural_frequency=w))
+            chosen = combine(impedance_control(arm, soft, hold_pose(T)), null_space_feedback(arm, natural_frequency=w))
         else:
             chosen = task_computed_torque(arm, hold_pose(T), natural_frequency=30.0, rest_frequency=w)
-        loop = linearize(arm, q).closed(chosen, Motion(q, np.zeros(7), np.zeros(7)))
+        loop = linearize(arm, q).close_loop(chosen, Motion(q, np.zeros(7), np.zeros(7)))
         friction = np.array([0.0 if j.friction is None else j.friction.viscous for j in arm.mechanism.coordinates])
         assert not friction.any()
         poles = loop.poles

@@ -10,14 +10,14 @@ import pytest
 
 import mafsil as mf
 from mafsil.control import (
-    combined,
+    combine,
     computed_torque,
     export_law,
     feedforward,
     gravity_compensation,
     model_predictive,
     pid,
-    saturated,
+    saturate,
 )
 from mafsil.control.laws.law_export import law_kernel
 from mafsil.errors import InputError
@@ -40,7 +40,7 @@ def laws(arm):
         "pd_gravity": gravity_compensation(arm, 120.0, 15.0),
         "pid": pid(arm.n, 120.0, 15.0, 30.0),
         "waiting": gravity_compensation(arm, 120.0, 15.0, 9e4, effort_limit=np.resize([60.0, np.inf, 9.0], arm.n)),
-        "sum": combined(feedforward(arm), pid(arm.n, 90.0, 9.0, 5.0)),
+        "sum": combine(feedforward(arm), pid(arm.n, 90.0, 9.0, 5.0)),
     }
 
 
@@ -84,7 +84,7 @@ int main(void) {{
     there = np.array(subprocess.run([str(program)], capture_output=True, text=True, check=True).stdout.split(), float)
     session = chosen.session(period)
     here = [
-        saturated(session(k * period, q, qd, Motion(u, v, a)), arm.limits.effort)
+        saturate(session(k * period, q, qd, Motion(u, v, a)), arm.limits.effort)
         for k, (q, qd, u, v, a) in enumerate(rows)
     ]
     assert np.allclose(there.reshape(50, 6), here, rtol=0, atol=1e-12 * np.abs(here).max())

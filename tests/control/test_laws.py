@@ -13,7 +13,7 @@ from mafsil.control import (
     Law,
     as_law,
     block_diagram,
-    combined,
+    combine,
     computed_torque,
     encoder_loop,
     energy_certificate,
@@ -21,10 +21,10 @@ from mafsil.control import (
     gravity_compensation,
     hold_pose,
     pid,
-    saturated,
+    saturate,
     sliding_certificate,
 )
-from mafsil.control.analysis import explained
+from mafsil.control.analysis import words_for
 from mafsil.control.contact import hybrid_certificate
 from mafsil.control.joints import set_point_condition
 from mafsil.errors import InputError
@@ -99,7 +99,7 @@ def test_sessions_share_nothing(panda):
 def test_laws_add(panda):
     q, qd, u, v, a = state((7,))
     parts = feedforward(panda), pid(7, kp=3.0, kd=1.0, ki=2.0)
-    both = combined(*parts)
+    both = combine(*parts)
     reference = Motion(u, v, a)
     np.testing.assert_allclose(both(0.0, q, qd, reference), sum(part(0.0, q, qd, reference) for part in parts))
     run = both.session(0.5)
@@ -107,7 +107,7 @@ def test_laws_add(panda):
 
 
 def test_saturation_clips_elementwise():
-    np.testing.assert_array_equal(saturated(np.array([3.0, -3.0, 9.0]), np.array([2.0, 2.0, np.inf])), [2.0, -2.0, 9.0])
+    np.testing.assert_array_equal(saturate(np.array([3.0, -3.0, 9.0]), np.array([2.0, 2.0, np.inf])), [2.0, -2.0, 9.0])
 
 
 @pytest.mark.capability("10-28", "10-33")
@@ -167,14 +167,14 @@ def test_a_plain_function_is_a_law():
         return 3.0 * (reference.u - q) - qd
 
     still = Motion(np.array([0.3, 0.1]), np.zeros(2), np.zeros(2))
-    law = combined(pull, pid(2, kp=2.0))
+    law = combine(pull, pid(2, kp=2.0))
     np.testing.assert_allclose(law.session(1e-3)(0.0, np.zeros(2), np.zeros(2), still), 5.0 * still.u)
     assert as_law(law) is law
     for wrong in (3, None, lambda t, q: q, Gains):
         with pytest.raises(InputError, match="Law"):
             as_law(wrong)
     with pytest.raises(InputError, match="laws"):
-        combined()
+        combine()
 
 
 LINK = """<robot name="link"><link name="base"/><link name="arm"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
@@ -196,7 +196,7 @@ def test_an_integral_that_waits_at_the_limit_is_that_of_the_one_joint_loop(tmp_p
             integrator="rk4",
         )
     )  # fmt: skip
-    known = one_joint.run_sampled(
+    known = one_joint.simulate_sampled(
         one_joint.JointArm.of(0.5, 1.0, 0.1, 0.1), one_joint.JointLaw.pid(8.0, 6.0, 2.0), 1.2, 4.0, period=0.01,
         start=-1.0, conditions=one_joint.LoopConditions(torque_limit=1.6, anti_windup=anti_windup, tachometer=True),
     )  # fmt: skip
@@ -219,14 +219,14 @@ def test_a_law_behind_encoders_is_the_sampled_loop_of_one_joint(tmp_path, filter
             integrator="rk4", saturate=False,
         )
     )  # fmt: skip
-    known = one_joint.run_sampled(
+    known = one_joint.simulate_sampled(
         one_joint.JointArm.of(0.5, 1.0, 0.1, 0.1), one_joint.JointLaw.pid(8.0, 1.0, 2.0), 0.4, 2.0, period=0.01,
         start=-0.3, conditions=one_joint.LoopConditions(quantum=0.01, filter_time=filter_time),
     )  # fmt: skip
     np.testing.assert_allclose(run.q[:, 0], known.theta, atol=1e-8)
     assert run.metadata["law"] == "JointFeedback"
     assert block_diagram(law).blocks[-1].text == "Δq = 0.01"
-    assert explained(law).name == "encoder_loop"
+    assert words_for(law).name == "encoder_loop"
 
 
 def test_encoders_of_many_joints_have_steps_of_their_own():
@@ -265,7 +265,7 @@ def test_certificates_of_other_laws_are_refused(certificate):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: mf.control.delayed(pid(2, 1.0), None),
+        lambda: mf.control.add_delay(pid(2, 1.0), None),
         lambda: mf.control.selection(3, 3, 3),
         lambda: mf.control.contact.constrained_dynamics(3.0, [0.0], [[1.0]], [0.0]),
         lambda: mf.control.contact.contact_mode([1.0, 2.0], 1.0, 0.3),
@@ -274,7 +274,7 @@ def test_certificates_of_other_laws_are_refused(certificate):
         lambda: mf.control.analysis.impedance_class(None, SOFT),
         lambda: mf.control.motor_feedback(mf.load("planar2r"), 1.0, 1.0),
         lambda: mf.control.citation(["hogan1985"]),
-        lambda: mf.control.contact.in_joints([[1.0, 0.0]], np.eye(3)),
+        lambda: mf.control.contact.constraint_in_joints([[1.0, 0.0]], np.eye(3)),
         lambda: mf.control.contact.free_speed([1.0, 2.0], 0.5, 1.0, 2.0, 1.0, 0.1),
         lambda: one_joint.joint_margins(mf.load("planar2r"), one_joint.JointLaw.pid(1.0)),
         lambda: one_joint.sampled_stability(one_joint.JointArm.of(1.0), pid(1, 1.0), 0.01),

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 import mafsil as mf
-from mafsil.control import computed_torque, delayed, gravity_compensation, linearize, tune_gains
+from mafsil.control import add_delay, computed_torque, gravity_compensation, linearize, tune_gains
 from mafsil.control.analysis import GainLimit
 from mafsil.control.analysis.linearization import exponential
 from mafsil.errors import InputError
@@ -66,7 +66,7 @@ def test_the_loop_of_computed_torque_has_the_poles_that_are_asked_for(states):
     robot, q, *_ = states
     law = computed_torque(robot, natural_frequency=20.0, damping_ratio=0.5)
     frictionless = linearize(robot, q[0])
-    loop = frictionless.closed(law, Motion(q[0], np.zeros(7), np.zeros(7)))
+    loop = frictionless.close_loop(law, Motion(q[0], np.zeros(7), np.zeros(7)))
     viscous = [j.friction.viscous if j.friction else 0.0 for j in robot.mechanism.coordinates]
     if not any(viscous):
         np.testing.assert_allclose(np.abs(loop.poles), 20.0, rtol=1e-3)
@@ -98,7 +98,7 @@ def measured_damping(card, robot, law):
     run = mf.simulate(
         Scenario(
             robot=robot, plant=Plant(robot, friction=False), trajectory=rest(card.worst_pose, ticks * card.period),
-            law=delayed(law, card.delay) if late else law, q=card.worst_pose + starts[0], qd=starts[1],
+            law=add_delay(law, card.delay) if late else law, q=card.worst_pose + starts[0], qd=starts[1],
             step=card.period / 4, period=card.period, saturate=False, integrator="rk4",
         )
     )  # fmt: skip
@@ -142,7 +142,7 @@ def test_a_delay_of_many_periods_costs_no_more_than_its_time(name, period, delay
     assert 0.25 < card.natural_frequency * (delay + period / 2) < 0.45
     run = mf.simulate(
         Scenario(
-            robot=robot, plant=Plant(robot, friction=False), law=delayed(law, delay), q=card.worst_pose - 1e-3,
+            robot=robot, plant=Plant(robot, friction=False), law=add_delay(law, delay), q=card.worst_pose - 1e-3,
             trajectory=rest(card.worst_pose, 8 / card.natural_frequency), step=period / 2, period=period,
             saturate=False, integrator="rk4",
         )

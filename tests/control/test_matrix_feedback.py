@@ -14,7 +14,7 @@ from mafsil.control import (
     matrix_gravity_compensation,
     matrix_pid,
 )
-from mafsil.control.analysis import explained
+from mafsil.control.analysis import words_for
 from mafsil.errors import InputError
 from mafsil.model.library.planar import planar2r_point_masses
 from mafsil.simulation import Plant, Scenario, simulate
@@ -50,8 +50,8 @@ def test_without_inertia_and_of_diagonals_it_is_the_law_of_each_joint():
     np.testing.assert_allclose(single, computed_torque(ARM, natural_frequency=10.0)(0.0, Q, QD, WANTED), atol=1e-9)
     batch = matrix_computed_torque(ARM, KP, KD)(0.0, np.tile(Q, (3, 1)), np.tile(QD, (3, 1)), WANTED)
     np.testing.assert_allclose(batch, np.tile(matrix_computed_torque(ARM, KP, KD)(0.0, Q, QD, WANTED), (3, 1)))
-    assert explained(matrix_pid(2, KP)).name == "pid"
-    assert explained(matrix_computed_torque(ARM, KP, KD)).name == "computed_torque"
+    assert words_for(matrix_pid(2, KP)).name == "pid"
+    assert words_for(matrix_computed_torque(ARM, KP, KD)).name == "computed_torque"
 
 
 @pytest.mark.capability("10-53", "10-51")

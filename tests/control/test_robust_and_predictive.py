@@ -229,7 +229,7 @@ def test_efforts_that_cannot_be_found_are_an_error(monkeypatch):
     law = model_predictive(mf.load("planar2r"), effort_limit=[1.0, 1.0])
     q = np.ones(2)
     monkeypatch.setattr(horizon_loops, "first_efforts", lambda *arrays: 0)
-    monkeypatch.setattr(horizon_loops, "planned", lambda *arrays: False)
+    monkeypatch.setattr(horizon_loops, "plan_efforts", lambda *arrays: False)
     for action in (lambda: law(0.0, q, q, Motion(q, q, q)), lambda: law.plan(q, q, Motion(q, q, q))):
         with pytest.raises(InputError, match="best efforts"):
             action()

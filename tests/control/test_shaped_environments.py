@@ -164,7 +164,7 @@ def test_hybrid_control_slides_over_a_ball_with_its_force():
         return np.r_[0, 0, 0, n][None], np.r_[0, 0, 0, rate][None]
 
     moving = pose.exp(np.r_[turn, -np.cross(turn, ball.centre)] * 0.5)
-    path = TipMotion(screw_path(T, moving @ T), time_law("quintic").unit().stretched(1.0))
+    path = TipMotion(screw_path(T, moving @ T), time_law("quintic").unit().scale_time(1.0))
     task = TaskCoordinates()
     law = hybrid_control(
         robot, path, touching, np.r_[0, 0, 0, 6.0 * down], gains=Gains.from_natural_frequency(6, 25.0),

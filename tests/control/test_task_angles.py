@@ -67,7 +67,7 @@ def test_motions_of_a_tip_in_angles():
     np.testing.assert_allclose(target.velocity, (X[2] - X[0]) / (2 * h), atol=1e-7)
     np.testing.assert_allclose(target.acceleration, (X[2] - 2 * X[1] + X[0]) / h**2, atol=1e-4)
     task = TaskCoordinates("ZYX", rows=(0, 3))
-    moved = task.moved(target.pose, np.array([0.01, 0.02]))
+    moved = task.integrate(target.pose, np.array([0.01, 0.02]))
     np.testing.assert_allclose(euler.to_euler(moved[:3, :3], "ZYX") - X[1][:3], [0.01, 0, 0], atol=1e-12)
     np.testing.assert_allclose(moved[:3, 3] - X[1][3:], [0.02, 0, 0], atol=1e-12)
     assert task.error(target.pose, TaskTarget(moved, np.zeros(6), np.zeros(6)), np.zeros(2))[0] == pytest.approx(

@@ -55,7 +55,7 @@ def test_a_redundant_arm_moves_its_tip_and_its_posture_apart():
 @pytest.mark.parametrize("axes", AXES)
 def test_a_tip_follows_a_circle(axes):
     circle = circle_path(T, T[:3, 3] + [0.0, 0.08, 0.0], [0.0, 0.0, 1.0])
-    motion = TipMotion(circle, time_law("quintic").unit().stretched(2.0), axes)
+    motion = TipMotion(circle, time_law("quintic").unit().scale_time(2.0), axes)
     law = task_computed_torque(UR5E, motion, coordinates=TaskCoordinates(axes), natural_frequency=30.0)
     found = run(UR5E, law, Q, 2.0)
     assert found.status.name == "COMPLETED"

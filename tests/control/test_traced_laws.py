@@ -12,7 +12,7 @@ import pytest
 
 import mafsil as mf
 from mafsil import control
-from mafsil.control import TaskCoordinates, TaskTarget, export_law, saturated
+from mafsil.control import TaskCoordinates, TaskTarget, export_law, saturate
 from mafsil.control.joints.elastic_laws import ElasticState
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
@@ -96,14 +96,14 @@ def families(world: World) -> dict:
             gains=control.Gains.of(3, 100.0, 20.0, 50.0), **task,
         ),
         "virtual_environment": control.contact.virtual_environment(arm, wall),
-        "contact_feedforward": control.combined(control.contact.contact_feedforward(arm, wall), pid),
+        "contact_feedforward": control.combine(control.contact.contact_feedforward(arm, wall), pid),
         "tip_damping": control.contact.TipDamping(arm, PLACE, np.diag([1.0, 2.0, 3.0])),
         "encoder_loop": control.encoder_loop(pid, 2.0 * np.pi / 512, filter_time=5e-3),
-        "delayed": control.delayed(pid, 3 * PERIOD),
-        "delayed_again": control.delayed(control.encoder_loop(pid, 0.0), PERIOD),
+        "delayed": control.add_delay(pid, 3 * PERIOD),
+        "delayed_again": control.add_delay(control.encoder_loop(pid, 0.0), PERIOD),
         "current_loop": control.current_loop(pid, 300.0),
-        "sum": control.combined(control.adaptive_control(arm), control.matrix_pid(6, 5.0, 1.0, 9.0), pid),
-        "tip_and_null_space": control.combined(
+        "sum": control.combine(control.adaptive_control(arm), control.matrix_pid(6, 5.0, 1.0, 9.0), pid),
+        "tip_and_null_space": control.combine(
             control.impedance_control(seven, soft, world.target, sensor=world.force, **task),
             control.admittance_control(seven, soft, world.target, world.force, **task),
             control.null_space_feedback(seven, **task),
@@ -205,7 +205,7 @@ def test_ticks_in_c_are_those_of_the_session(name, tmp_path):
         if "motor_rate" in shapes:
             state = (ElasticState(*state, rows["motor"][k], rows["motor_rate"][k]),)
         effort = session(k * PERIOD, *state, Motion(*rows["reference"][k]))
-        here.append(saturated(effort, arm.limits.effort) if name != "sum" else effort)
+        here.append(saturate(effort, arm.limits.effort) if name != "sum" else effort)
     assert np.abs(here).max() > 1e-3
     assert np.ptp(np.array(here), axis=0).max() > 1e-4
     np.testing.assert_allclose(there, here, rtol=0, atol=NEAR * np.abs(here).max())
@@ -257,11 +257,11 @@ def refused() -> dict:
     return {
         "predictive": (control.model_predictive(arm), "ModelPredictive", "not plain arithmetic"),
         "table": (control.joints.LearnedEffort(1e-3, np.zeros((9, 6))), "LearnedEffort", "branches"),
-        "switch": (control.combined(pid, switch), "ContactSwitch", "branches"),
+        "switch": (control.combine(pid, switch), "ContactSwitch", "branches"),
         "course": (course, "ElasticLinearization", "not plain arithmetic"),
         "if": (control.as_law(lambda t, q, qd, r: -q if q[0] > 0.0 else q), "FunctionLaw", "branches"),
         "closed": (control.closed_computed_torque(chain), "ClosedComputedTorque", "not plain arithmetic"),
-        "around": (control.delayed(control.model_predictive(arm), 1e-3), "ModelPredictive", "not plain arithmetic"),
+        "around": (control.add_delay(control.model_predictive(arm), 1e-3), "ModelPredictive", "not plain arithmetic"),
         "in place": (Counting(), "Counting", "remembers"),
         "growing": (Listing(), "Listing", "remembers"),
     }

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import citation, computed_torque, delayed, gravity_compensation, pid
-from mafsil.control.analysis import CITATIONS, citations_of, explained, joint_or_task_space
+from mafsil.control import add_delay, citation, computed_torque, gravity_compensation, pid
+from mafsil.control.analysis import CITATIONS, citations_of, joint_or_task_space, words_for
 from mafsil.control.analysis.explanation import FORMULAS
 from mafsil.control.joints import MotionEstimator, accelerometer, joint_acceleration
 from mafsil.control.joints.motion_estimator import JointMotionEstimate
@@ -27,7 +27,7 @@ MESSAGES = Path(mf.__file__).parent / "messages"
 @pytest.mark.capability("10-115")
 @pytest.mark.parametrize("name", FORMULAS)
 def test_everything_has_a_formula_and_a_paragraph_in_both_languages(name):
-    words = explained(name)
+    words = words_for(name)
     assert words.formula
     for language in ("en", "ar"):
         text = words.paragraph(language)
@@ -39,14 +39,14 @@ def test_everything_has_a_formula_and_a_paragraph_in_both_languages(name):
 @pytest.mark.capability("10-115")
 def test_laws_explain_themselves_and_nothing_is_without_words():
     assert set(KINDS) <= set(FORMULAS)
-    assert explained(gravity_compensation(ARM, 1.0, 1.0)).name == "pd_gravity"
-    assert explained(pid(6, 1.0)).name == "pid"
-    assert explained(delayed(computed_torque(ARM), 0.1)).name == "delayed"
+    assert words_for(gravity_compensation(ARM, 1.0, 1.0)).name == "pd_gravity"
+    assert words_for(pid(6, 1.0)).name == "pid"
+    assert words_for(add_delay(computed_torque(ARM), 0.1)).name == "delayed"
     for language in ("en", "ar"):
         keys = tomllib.loads((MESSAGES / language / "explanation.toml").read_text("utf-8"))
         assert set(FORMULAS) == {key for key in keys if not key.startswith(("advice_", "reason_"))}
     with pytest.raises(InputError, match="overshoot"):
-        explained("magic")
+        words_for("magic")
 
 
 @pytest.mark.capability("10-91")

@@ -184,7 +184,7 @@ def test_what_has_no_equations_says_why() -> None:
     fork = Mechanism.assemble("fork", [Link("a"), Link("b", body), Link("c", body)], joints, tip="b")
     with pytest.raises(ModelError, match="link c") as caught:
         derive_dynamics(fork)
-    assert "الوصلة c" in caught.value.message("ar")
+    assert "للوصلة c" in caught.value.message("ar")
 
 
 def test_a_wrong_line_is_never_handed_out(monkeypatch: pytest.MonkeyPatch) -> None:

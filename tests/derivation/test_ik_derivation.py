@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.derivation import DerivationError, derive_ik, to_html, to_latex, to_text
-from mafsil.derivation.expression import function, named, number, plus_minus
+from mafsil.derivation.expression import function, name_expression, number, plus_minus
 from mafsil.derivation.ik_judge import between
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
@@ -36,7 +36,7 @@ def derived(name, spoil=0.0):
 
     def solutions(T):
         rows = form.solve(T)
-        return rows.q[rows.found()] + spoil
+        return rows.q[rows.solves_pose()] + spoil
 
     return derive_ik(robot.mechanism, form.pattern, solutions)
 
@@ -95,19 +95,23 @@ def test_expressions_evaluate_and_print_the_same_formula():
     w /= np.linalg.norm(w, axis=1, keepdims=True)
     a = rng.normal(size=5)
     values = {"u": u, "w_1": w, "theta1": a}
-    turned = (function("Rot", named("w_1"), named("theta1")) * named("u")).evaluate(values)
+    turned = (function("Rot", name_expression("w_1"), name_expression("theta1")) * name_expression("u")).evaluate(
+        values
+    )
     expected = u * np.cos(a)[:, None] + np.cross(w, u) * np.sin(a)[:, None]
     expected += w * ((w * u).sum(axis=1) * (1 - np.cos(a)))[:, None]
     np.testing.assert_allclose(turned, expected, atol=1e-14)
-    both = plus_minus(number(1.0), function("sqrt", function("square", named("theta1"))))
+    both = plus_minus(number(1.0), function("sqrt", function("square", name_expression("theta1"))))
     np.testing.assert_allclose(both.evaluate(values, -1.0), 1 - np.abs(a))
     assert both.text() == "1 ± √(θ1²)"
-    tree = named("a") - (named("b") - named("c"))
+    tree = name_expression("a") - (name_expression("b") - name_expression("c"))
     assert tree.text() == "a − (b − c)"
     assert r"\left(b - c\right)" in tree.latex()
-    assert (-(named("a") + named("b"))).text() == "−(a + b)"
-    assert (named("u").cross(named("v")).dot(named("w_1"))).text() == "(u × v)·w1" or "u × v" in (
-        named("u").cross(named("v")).dot(named("w_1"))
+    assert (-(name_expression("a") + name_expression("b"))).text() == "−(a + b)"
+    assert (
+        name_expression("u").cross(name_expression("v")).dot(name_expression("w_1"))
+    ).text() == "(u × v)·w1" or "u × v" in (
+        name_expression("u").cross(name_expression("v")).dot(name_expression("w_1"))
     ).text()
 
 
@@ -120,7 +124,7 @@ def test_turns_are_signed_angles_between_projected_vectors():
     turned = pose.act(pose.exp(np.concatenate([w * a[:, None], np.zeros((200, 3))], axis=1)), u)
     # What lies along the axis does not count.
     v = turned + (w * lift).sum(axis=1, keepdims=True) * w
-    formula = between(named("w"), named("u"), named("v"))
+    formula = between(name_expression("w"), name_expression("u"), name_expression("v"))
     np.testing.assert_allclose(formula.evaluate({"w": w, "u": u, "v": v}), a, atol=1e-12)
 
 

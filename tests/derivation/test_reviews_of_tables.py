@@ -167,7 +167,7 @@ def test_a_table_that_is_right_in_the_other_convention_is_told_so():
     arm = library.load("puma560")
     review = check_dh(dh_from_mechanism(arm, "classic").rows, arm)
     assert [finding.mistake for finding in review] == [Mistake.CONVENTION]
-    assert "right as a classic table" in review.message("en")
+    assert "correct in the classic convention" in review.message("en")
     assert "classic" in review.message("ar")
     both = list(dh_from_mechanism(arm, "classic").rows)
     both[2] = replace(both[2], d=both[2].d + 0.05)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.derivation import Mistake, check_dh, check_jacobian, check_screws
-from mafsil.derivation.formula_text import evaluate, parsed
+from mafsil.derivation.formula_text import evaluate, parse_formula
 from mafsil.errors import InputError
 from mafsil.model import library, screws
 from mafsil.model.denavit_hartenberg import DHRow
@@ -258,13 +258,13 @@ def test_formulas_of_an_own_alphabet():
 )
 def test_hostile_and_broken_formulas_are_refused(text):
     with pytest.raises(InputError):
-        evaluate(parsed(text), {"q1": 1.0, "q2": 2.0})
+        evaluate(parse_formula(text), {"q1": 1.0, "q2": 2.0})
 
 
 @given(st.text(max_size=60))
 def test_any_text_is_a_formula_or_one_clear_error(text):
     try:
-        value = evaluate(parsed(text), {"q1": 1.0})
+        value = evaluate(parse_formula(text), {"q1": 1.0})
     except InputError:
         return
     assert np.isreal(value)

@@ -4,11 +4,14 @@ import re
 import subprocess
 import sys
 import tomllib
+from importlib import import_module
+from inspect import isfunction, unwrap
 from pathlib import Path
 
 import pytest
 
 from mafsil import messages
+from mafsil.lazy_module import public_names
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
@@ -49,6 +52,24 @@ def test_links_lead_somewhere() -> None:
         for target in re.findall(r"\]\(([^)#]+)\)", page.read_text("utf-8")):
             if "://" not in target:
                 assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+WITHOUT_EXAMPLE = {"joint_group", "plan_around_moving", "take_shortcuts"}
+"""Functions whose example would be longer than an entry: an SRDF file, a cell of arms, a problem of one's own."""
+
+
+@pytest.mark.parametrize("name", ["mafsil", "mafsil.ik", "mafsil.trajectory", "mafsil.planning", "mafsil.control"])
+def test_functions_have_an_example_in_the_reference(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A statement of the guide, all of which runs here, below the entry of each function."""
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(ROOT / "docs" / "site")
+    examples = import_module("reference").examples()
+    package = import_module(name)
+    functions = {public for public in public_names(package) if isfunction(unwrap(getattr(package, public)))}
+    assert functions - set(examples) <= WITHOUT_EXAMPLE
+    for public in functions & set(examples):
+        page, code = examples[public]
+        assert code.splitlines()[0].strip() in (ROOT / "docs" / f"{page}.md").read_text("utf-8")
 
 
 def test_map_is_current() -> None:

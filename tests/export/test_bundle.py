@@ -171,13 +171,13 @@ def test_closed_form_of_an_arm_with_a_locked_joint() -> None:
     q[form.pattern.locked[0].joint] = 0.0
     T = robot.forward_kinematics(q)
     found = form.solve(T)
-    assert found.found().any()
+    assert found.solves_pose().any()
     assert np.array_equal(found.q[..., form.pattern.locked[0].joint], np.zeros(found.q.shape[:-1]))
-    for row in found.q[found.found()]:
+    for row in found.q[found.solves_pose()]:
         assert np.allclose(robot.forward_kinematics(row), T, atol=1e-9)
     zero = form.solve(T, np.zeros(7))
-    assert np.array_equal(zero.found(), found.found())
-    assert np.abs(zero.q - found.q)[found.found()].max() < 1e-9
+    assert np.array_equal(zero.solves_pose(), found.solves_pose())
+    assert np.abs(zero.q - found.q)[found.solves_pose()].max() < 1e-9
     assert form.kernel(T).shape == (form.pattern.branches, 10)
 
 

@@ -10,7 +10,7 @@ from mafsil.cli.main import main
 from mafsil.errors import InputError
 from mafsil.figures import linkage_motion
 from mafsil.figures.configuration_surface import draw_surface, in_space, over_square, plot_surface
-from mafsil.figures.linkage import draw_linkage, is_flat, lifted, save_linkage, save_torus
+from mafsil.figures.linkage import draw_linkage, is_flat, lift_off_torus, save_linkage, save_torus
 from mafsil.figures.linkage_motion import motion_frames, save_linkage_motion
 from mafsil.mobility.linkages.loop_closure import largest_gap
 from tests.sizes import few
@@ -58,8 +58,8 @@ def test_curves_on_the_torus(tmp_path):
     curves = [curve[:, :2] for curve in mo.FourBar(2, 4, 3.5, 4.5).curves()]
     save_torus(curves, tmp_path / "torus.svg", names=("theta 1", "theta 2"))
     assert "theta 1" in (tmp_path / "torus.svg").read_text("utf-8") or (tmp_path / "torus.svg").stat().st_size > 5000
-    up = lifted(curves[0], 0.05)
-    np.testing.assert_allclose(np.linalg.norm(up - mo.torus.embedded(curves[0]), axis=1), 0.05, atol=1e-9)
+    up = lift_off_torus(curves[0], 0.05)
+    np.testing.assert_allclose(np.linalg.norm(up - mo.torus.embed_in_space(curves[0]), axis=1), 0.05, atol=1e-9)
     out = np.hypot(np.hypot(up[:, 0], up[:, 1]) - 2.0, up[:, 2])
     assert (out > 0.7).all()
 

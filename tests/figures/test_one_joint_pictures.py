@@ -14,7 +14,7 @@ ARM = oj.JointArm.of(inertia=0.5, mass=1.0, radius=0.1, friction=0.1)
 
 
 def run_of(ki):
-    return oj.run(ARM, oj.JointLaw.pid(2.205, ki, 2.0), 0.0, duration=2.0, start=-np.pi / 2, step=0.01)
+    return oj.simulate_joint(ARM, oj.JointLaw.pid(2.205, ki, 2.0), 0.0, duration=2.0, start=-np.pi / 2, step=0.01)
 
 
 def texts(path):

@@ -43,7 +43,7 @@ MEMBERS = {
     "rotation": lambda rng, shape: rotation.random(rng),
     "pose": lambda rng, shape: pose.exp(rng.standard_normal(6)),
     "unit_quaternion": lambda rng, shape: rotation.normalise_quaternion(rng.standard_normal(4)),
-    "unit_screw": lambda rng, shape: screw.normalised(rng.standard_normal(6)),
+    "unit_screw": lambda rng, shape: screw.normalise(rng.standard_normal(6)),
     "axis_triple": lambda rng, shape: np.eye(3),
     "planar_rotation": lambda rng, shape: planar.rotation(rng.standard_normal()),
     "planar_pose": lambda rng, shape: planar.exp(rng.standard_normal(3)),

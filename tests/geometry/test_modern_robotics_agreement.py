@@ -57,7 +57,7 @@ def deviations(count: int, seed: int = 1) -> dict[str, float]:
         "ad": (twist.ad(V), _each(mr.ad, V)),
         "hat": (pose.hat(V), _each(mr.VecTose3, V)),
         "from_axis": (screw.from_axis(direction, point, pitch), np.array(axis)),
-        "normalised": (screw.normalised(W), unit),
+        "normalised": (screw.normalise(W), unit),
         "transform": (twist.transform(T, W), np.einsum("kij,kj->ki", _each(mr.Adjoint, T), W)),
     }
     return {name: float((np.abs(a - b) / np.maximum(np.abs(b), 1.0)).max()) for name, (a, b) in pairs.items()}

@@ -67,7 +67,7 @@ def test_pure_rotation_and_pure_translation():
 @given(seeds, st.floats(-7, 7))
 @pytest.mark.capability("04-93", "04-94", "04-95")
 def test_displacement_is_the_exponential_of_the_matrix(seed: int, amount: float):
-    S = screw.normalised(np.random.default_rng(seed).standard_normal(6))
+    S = screw.normalise(np.random.default_rng(seed).standard_normal(6))
     T = screw.displacement(S, amount)
     assert np.abs(T - matrix_exponential.exponential(pose.hat(S), amount)).max() < 3e-13 * (1 + abs(amount)) ** 2
 
@@ -94,7 +94,7 @@ def test_integral_of_the_rotation(theta: float):
 @pytest.mark.capability("04-100", "04-104", "04-105")
 def test_change_of_frame_and_both_forms(seed: int, shape: tuple[int, ...]):
     T_01, T_ba = poses(seed, shape, 2)
-    S = screw.normalised(np.random.default_rng(seed).standard_normal((*shape, 6)))
+    S = screw.normalise(np.random.default_rng(seed).standard_normal((*shape, 6)))
     S_b = twist.transform(T_ba, S)
     R, p = T_ba[..., :3, :3], T_ba[..., :3, 3]
     omega = rotation.apply(R, S[..., :3])
@@ -119,8 +119,8 @@ def test_normalisation_of_extreme_twists():
     for scale in (1e-300, 1e-160, 1.0, 1e160, 1e300):
         V = np.array([0, 3, 4, 1, 0, 0]) * scale
         assert screw.magnitude(V) == pytest.approx(5 * scale, rel=4 * EPS)
-        assert screw.normalised(V) == pytest.approx([0, 0.6, 0.8, 0.2, 0, 0], rel=4 * EPS)
-    assert screw.normalised(np.zeros(6)).tolist() == [0] * 6
+        assert screw.normalise(V) == pytest.approx([0, 0.6, 0.8, 0.2, 0, 0], rel=4 * EPS)
+    assert screw.normalise(np.zeros(6)).tolist() == [0] * 6
     assert screw.magnitude(np.zeros(6)) == 0
 
 

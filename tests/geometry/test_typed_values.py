@@ -148,7 +148,7 @@ def test_degrees_where_a_person_types():
 
 @pytest.mark.parametrize("value", [mf.Rotation(np.eye(3)), mf.Pose(np.eye(4)), mf.Twist(np.zeros(6))])
 def test_one_value_is_neither_true_nor_a_sequence_and_says_so(value):
-    with pytest.raises(TypeError, match=f"{type(value).__name__} is neither true nor false"):
+    with pytest.raises(TypeError, match=f"truth value of one {type(value).__name__} is not defined"):
         bool(value)
     with pytest.raises(TypeError, match=f"{type(value).__name__} has no length"):
         len(value)

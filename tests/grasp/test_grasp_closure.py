@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mafsil.errors import InputError
-from mafsil.grasp import Contact, Grasp, closure, compare, eliminate, three_fingers, two_fingers
+from mafsil.grasp import Contact, Grasp, closure, eliminate, rank_grasps, three_fingers, two_fingers
 from mafsil.grasp.closure import ClosureStatus
 from mafsil.grasp.free_motions import point_velocity
 from mafsil.grasp.friction import angle_to_normal
@@ -95,8 +95,8 @@ def test_frame_changes_the_radius_and_not_the_verdict():
     assert moved.quality(about=(3, 0)).epsilon == pytest.approx(0.353553390593, abs=1e-9)
     assert moved.volume() == pytest.approx(pinwheel().volume())
     T = np.array([[0.6, -0.8, 3], [0.8, 0.6, -7], [0, 0, 1]])
-    assert pinwheel().moved(T).closure().force_closure
-    assert compare([pinwheel(0.1), pinwheel(0.5)])[0][0].contacts[0].point[0] == 0.5
+    assert pinwheel().in_frame(T).closure().force_closure
+    assert rank_grasps([pinwheel(0.1), pinwheel(0.5)])[0][0].contacts[0].point[0] == 0.5
 
 
 @pytest.mark.capability("03-34")

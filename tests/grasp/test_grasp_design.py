@@ -13,7 +13,7 @@ from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.figures.grasp import draw_grasp
 from mafsil.grasp import Contact, FrictionLaw, Grasp, GraspedBody, corner_contact, line_contact, patch_contact
 from mafsil.grasp.friction import sliding_force, split
-from mafsil.grasp.grasp_file import read_grasp_file
+from mafsil.grasp.grasp_file import read_grasp
 from mafsil.grasp.synthesis import (
     best_next_finger,
     box_fixture,
@@ -197,9 +197,9 @@ def test_wrong_files_are_named(tmp_path):
     for words, data in wrong.items():
         path.write_text(json.dumps(data))
         with pytest.raises(MafsilError, match=words):
-            read_grasp_file(path)
+            read_grasp(path)
     path.write_text("{")
     with pytest.raises(FileError, match="well formed"):
-        read_grasp_file(path)
+        read_grasp(path)
     with pytest.raises(FileError, match="cannot be read"):
-        read_grasp_file(tmp_path / "none.toml")
+        read_grasp(tmp_path / "none.toml")

@@ -8,7 +8,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import MafsilError
-from mafsil.grasp.grasp_file import parse_grasp_file, read_grasp_file
+from mafsil.grasp.grasp_file import parse_grasp_file, read_grasp
 
 RECTANGLE = [[-2, -1], [2, -1], [2, 1], [-2, 1]]
 CORNER = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -54,7 +54,7 @@ def test_faulty_grasp_files_are_refused_by_name(name, tmp_path):
     path = tmp_path / "grasp.json"
     path.write_text(json.dumps(FAULTS[name]))
     with pytest.raises(MafsilError) as caught:
-        read_grasp_file(path)
+        read_grasp(path)
     for language in ("en", "ar"):
         assert caught.value.message(language)
 

@@ -11,7 +11,7 @@ from mafsil.cli.registry import operation
 from mafsil.errors import InputError
 from mafsil.figures.grasp import save_free_motions
 from mafsil.grasp import Contact, Grasp
-from mafsil.grasp.displacement import free_twists, moved
+from mafsil.grasp.displacement import displaced_pose, free_twists
 from mafsil.grasp.second_order import ImmobilityStatus, second_order
 from mafsil.grasp.surfaces import ellipsoid_contact
 from mafsil.grasp.synthesis import polygon_contacts
@@ -28,7 +28,7 @@ def turned(grasp: Grasp, angle: float, shift=(0.0, 0.0)) -> Grasp:
     T = np.eye(3)
     T[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     T[:2, 2] = shift
-    return grasp.moved(T)
+    return grasp.in_frame(T)
 
 
 def proof_holds(grasp: Grasp, found) -> bool:
@@ -131,7 +131,7 @@ def test_curvature_in_space_turns_with_the_body_and_survives_a_file() -> None:
     assert np.linalg.eigvalsh(contact.shape) == pytest.approx([2 / 9, 2.0])
     T = np.eye(4)
     T[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    assert np.linalg.eigvalsh(contact.moved(T).shape) == pytest.approx([2 / 9, 2.0])
+    assert np.linalg.eigvalsh(contact.in_frame(T).shape) == pytest.approx([2 / 9, 2.0])
     again = Grasp.from_dict(Grasp([contact]).to_dict()).contacts[0]
     assert again.curvature == pytest.approx(contact.curvature)
     with pytest.raises(InputError, match="along the normal"):
@@ -193,7 +193,7 @@ def test_pictures_never_move_a_body_into_a_finger(tmp_path: Path) -> None:
     assert free_twists(three)
     for twist, both in free_twists(three):
         for sign in (1.0, -1.0) if both else (1.0,):
-            pose = moved(three, sign * twist, 0.2)
+            pose = displaced_pose(three, sign * twist, 0.2)
             assert pose is not None
             for c in three.contacts:
                 seen = pose[:2, :2].T @ (c.point - pose[:2, 2])

@@ -132,7 +132,7 @@ def test_a_face_fits_a_screen_and_holds_no_statuses(name: str) -> None:
 
 
 SHARED = {
-    **dict.fromkeys(("load", "read", "parse", "write", "diagnose", "file_reader"), "of each format, by its module"),
+    **dict.fromkeys(("load", "read", "write", "diagnose", "file_reader"), "of each format, by its module"),
     **dict.fromkeys(("repair", "export"), "of whatever stands in the module, written or mended"),
     **dict.fromkeys(("jacobian", "simulate", "language"), "a short form of the same"),
     **dict.fromkeys(("solve", "jacobian"), "of expressions: the words of mathematics"),

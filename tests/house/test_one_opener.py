@@ -10,7 +10,7 @@ import mafsil as mf
 from mafsil import collision, trajectory
 from mafsil.cli.trajectory import require_success
 from mafsil.errors import MafsilError
-from mafsil.grasp import read_grasp_file
+from mafsil.grasp import read_grasp
 from mafsil.mobility import read_linkage
 from mafsil.report import compare_results
 
@@ -67,10 +67,10 @@ READERS = {
     "robot.xml": mf.load,
     "robot.sdf": mf.load,
     "robot.toml": mf.load,
-    "motion.csv": trajectory.read,
+    "motion.csv": trajectory.read_trajectory,
     "run.npz": mf.Recording.load,
     "run.mcap": mf.Recording.load,
-    "grasp.toml": read_grasp_file,
+    "grasp.toml": read_grasp,
     "linkage.toml": read_linkage,
     "names.srdf": lambda path: collision.Checker("ur5e", srdf=path),
     "results.json": lambda path: compare_results(path, path),

@@ -38,7 +38,7 @@ VALUES = {
     "Online": "a generator of states, cycle by cycle",
     "ProfileTable": "a table of what there is",
     "ArmState": "what a page shows",
-    "Switch": "a part of Track",
+    "BranchSwitch": "a part of Track",
     "PoseErrorResponse": "a motion with its measures, one of several that are compared",
     "Violation": "a part of LimitCheck",
 }

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mafsil.identification import identify
-from mafsil.identification.examination import examined
-from mafsil.identification.smoothing import prepared
+from mafsil.identification.examination import examine_log
+from mafsil.identification.smoothing import prepare_log
 from mafsil.model import JointKind
 from tests.identification.simulated import different, noisy_log
 from tests.sizes import size
@@ -50,7 +50,7 @@ def log_of(seed):
 
 
 def keys(robot, log):
-    return {remark.key.rpartition(".")[2] for remark in examined(robot, prepared(log, None)[0])}
+    return {remark.key.rpartition(".")[2] for remark in examine_log(robot, prepare_log(log, None)[0])}
 
 
 def test_good_logs_are_not_accused():

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from mafsil.identification import MotionLog
-from mafsil.identification.smoothing import FLATNESS, band_of, filtered, half_window, kernels, response, smooth_motions
+from mafsil.identification.smoothing import (
+    FLATNESS,
+    band_of,
+    filter_samples,
+    half_window,
+    kernels,
+    response,
+    smooth_motions,
+)
 
 
 @pytest.mark.parametrize("half", [4, 5, 20, 301])
@@ -15,7 +23,7 @@ def test_polynomials_up_to_the_fifth_degree_pass_unchanged(half):
     inner = t[half:-half]
     for order, weights in enumerate(kernels(half, period)):
         true = polynomial.deriv(order)(inner) if order else polynomial(inner)
-        got = filtered(polynomial(t)[:, None], weights)[:, 0]
+        got = filter_samples(polynomial(t)[:, None], weights)[:, 0]
         assert np.abs(got - true).max() < 1e-9 * max(1.0, np.abs(true).max())
 
 

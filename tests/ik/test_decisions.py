@@ -14,7 +14,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.ik import SolutionBatch, SolutionSet, inverse_kinematics
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
-from mafsil.ik.answers.lists import unrepeated
+from mafsil.ik.answers.lists import unique_rows
 from mafsil.ik.answers.setting import Setting, setting
 from mafsil.ik.refine import distinct
 from mafsil.ik.result import IKStatus
@@ -130,7 +130,7 @@ def decided_by_rule(asked: Setting, details: CandidateTable, tolerance: float) -
     odd = (details.residual <= max(asked.candidate, tolerance)) & (details.residual > CLEAR)
     odd |= good & (free | (details.margin <= MERGED))
     odd |= (np.fmin(details.residual, details.subproblem_residual) <= LOOSE) & ~good.any(axis=1, keepdims=True)
-    odd |= asked.folded(details)
+    odd |= asked.near_folds(details)
     lost = ~(good & (details.excess <= INSIDE)).any(axis=1) & free.any(axis=1)
     return np.asarray(odd.any(axis=1) | lost)
 
@@ -157,7 +157,7 @@ def test_decisions_keep_to_the_rule_in_numpy(name: str) -> None:
     # Where rows are short of a solution by more than rounding, refinement finds none either.
     for i in np.flatnonzero(doubtful)[:20]:
         assert len(inverse_kinematics(robot, T[i])) == solved[i].sum()
-    assert unrepeated(q[clear], solved[clear], asked.revolute).sum() == solved[clear].sum()
+    assert unique_rows(q[clear], solved[clear], asked.revolute).sum() == solved[clear].sum()
 
 
 def test_rows_that_repeat_earlier_ones_are_left_out_as_one_by_one() -> None:
@@ -165,7 +165,7 @@ def test_rows_that_repeat_earlier_ones_are_left_out_as_one_by_one() -> None:
     turning = np.array([True, False, True])
     q = rng.integers(0, 2, (300, 6, 3)) + 2 * np.pi * turning * rng.integers(-1, 2, (300, 6, 3))
     good = rng.random((300, 6)) < 0.7
-    kept = unrepeated(q, good, turning)
+    kept = unique_rows(q, good, turning)
     for i in range(len(q)):
         rows = np.flatnonzero(good[i])
         np.testing.assert_array_equal(np.flatnonzero(kept[i]), rows[distinct(q[i, rows], turning)])

@@ -89,7 +89,7 @@ def test_one_pose_and_a_batch_give_the_same_lists_to_the_last_digits(arm):
 
 
 def test_solutions_are_judged_as_the_residual_and_the_winding_say():
-    from mafsil.ik.general.judging_loops import judged
+    from mafsil.ik.general.judging_loops import judge_solutions
 
     rng = np.random.default_rng(9)
     T = pose.exp(rng.normal(size=(40, 6)))
@@ -99,12 +99,12 @@ def test_solutions_are_judged_as_the_residual_and_the_winding_say():
     near, turning = np.array([3.0, 0.0, 6.0, 0.2]), np.array([True, True, True, False])
     given = rng.uniform(-9, 9, (40, 4))
     q, residual, within = given.copy(), np.empty(40), np.empty(40, dtype=np.bool_)
-    judged(reached, T, np.arange(40), near, lower, upper, turning, q, residual, within)
+    judge_solutions(reached, T, np.arange(40), near, lower, upper, turning, q, residual, within)
     error = pose.error(reached, T)
     wanted = np.maximum(np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1))
     np.testing.assert_allclose(residual, wanted, rtol=1e-2, atol=1e-15)
     np.testing.assert_allclose(q, wound_near(given, near, lower, upper, turning), rtol=0, atol=1e-14)
     np.testing.assert_array_equal(within, ((q >= lower - 1e-12) & (q <= upper + 1e-12)).all(axis=1))
     reached[0, 0, 0], reached[1, 0, 3] = np.nan, np.nan
-    judged(reached, T, np.arange(40), near, lower, upper, turning, q, residual, within)
+    judge_solutions(reached, T, np.arange(40), near, lower, upper, turning, q, residual, within)
     assert (residual[:2] > 1.0).all()

@@ -65,7 +65,7 @@ def test_planted_configurations_are_found_and_nothing_is_wrong(name):
     q = np.random.default_rng((7, SHARD)).uniform(-np.pi, np.pi, (POSES, robot.n))
     T = robot.forward_kinematics(q)
     answer = form.solve(T)
-    found = answer.found()
+    found = answer.solves_pose()
     missed = np.where(found, apart(robot, answer.q, q[:, None]), np.inf).min(axis=1)
     values = np.linalg.svd(robot.jacobian_body(q), compute_uv=False)
     # Rounding of the pose moves it by about 1e-15 over the conditioning, twice where a root was taken before.
@@ -127,7 +127,7 @@ def test_random_arms_of_the_families(kind):
         assert closed_form(robot).pattern.reversed == (kind == "reversed")
         q = rng.uniform(-np.pi, np.pi, (100, 6))
         answer = closed_form(robot).solve(robot.forward_kinematics(q))
-        planted = answer.found() & (apart(robot, answer.q, q[:, None]) < 1e-5)
+        planted = answer.solves_pose() & (apart(robot, answer.q, q[:, None]) < 1e-5)
         assert planted.any(axis=1).all()
 
 
@@ -167,7 +167,7 @@ def test_seven_joints_by_a_held_one(name):
     form = closed_form(robot)
     q = np.random.default_rng(5).uniform(robot.limits.lower, robot.limits.upper, (500, 7))
     answer = form.solve(robot.forward_kinematics(q), q)
-    assert (answer.found() & (apart(robot, answer.q, q[:, None]) < 1e-6)).any(axis=1).all()
+    assert (answer.solves_pose() & (apart(robot, answer.q, q[:, None]) < 1e-6)).any(axis=1).all()
     one = inverse_kinematics(robot, robot.forward_kinematics(q[0]), q0=q[0])
     assert apart(robot, one.q, q[0]).min() < 1e-6
     assert one.families
@@ -302,8 +302,8 @@ def test_what_is_no_pose_is_refused():
     with pytest.raises(InputError, match="task"):
         inverse_kinematics(robot, np.eye(4), task="planar")
     rows = closed_form(robot).solve(np.stack([np.full((4, 4), np.nan), robot.forward_kinematics(np.ones(6))]))
-    assert not rows.found()[0].any()
-    assert rows.found()[1].any()
+    assert not rows.solves_pose()[0].any()
+    assert rows.solves_pose()[1].any()
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-9, float("nan"), float("inf"), "small", True])

@@ -53,7 +53,7 @@ def test_searches_take_what_was_measured(name):
             continue
         q = at_a_limit(robot, k, 1e-7)
         T = robot.forward_kinematics(q)
-        start = robot.limits.admitted(q)
+        start = robot.limits.snap_to_limits(q)
         for found in (solve_ik(robot, T, start, restarts=0), solve_ik(robot, T[None], start[None], restarts=0)):
             assert found.all_solved
             reached = robot.forward_kinematics(found.q.reshape(-1, robot.n))[0]

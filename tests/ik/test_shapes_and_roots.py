@@ -7,7 +7,7 @@ import mafsil as mf
 from mafsil.geometry import pose, rotation
 from mafsil.ik import arm_structure, find_root, inverse_kinematics, newton_ik, planar_reach, twists_between
 from mafsil.ik.root_finding import RootStatus
-from mafsil.ik.structure import ArmClass, PlaceClass, conjugated_wrist, projected, puma_shape, signed_angle
+from mafsil.ik.structure import ArmClass, PlaceClass, conjugated_wrist, project_off_axis, puma_shape, signed_angle
 
 
 @pytest.mark.capability("07-55")
@@ -93,7 +93,7 @@ def test_the_wrist_is_a_turn_about_its_centre_where_the_joints_before_are_right(
     X2 = pose.inverse(before) @ robot.forward_kinematics(q) @ pose.inverse(home)
     assert wrist.shift(X2) < 1e-12
     turns = [rotation.exp(S[:3] * x) for S, x in zip(wrist.S, q[3:], strict=True)]
-    np.testing.assert_allclose(wrist.conjugated(X2)[:3, :3], turns[0] @ turns[1] @ turns[2], atol=1e-12)
+    np.testing.assert_allclose(wrist.conjugate(X2)[:3, :3], turns[0] @ turns[1] @ turns[2], atol=1e-12)
     wrong = robot.forward_kinematics([0.4, *q[1:3], 0, 0, 0]) @ pose.inverse(home)
     assert wrist.shift(pose.inverse(wrong) @ robot.forward_kinematics(q) @ pose.inverse(home)) > 1e-3
 
@@ -106,8 +106,8 @@ def test_projections_and_signed_angles():
     a, angle = rng.normal(size=(50, 3)), rng.uniform(-np.pi, np.pi, 50)
     b = (rotation.exp(w * angle[:, None]) @ a[:, :, None])[:, :, 0] * 1.7 + 0.4 * w
     np.testing.assert_allclose(signed_angle(w, a, b), angle, atol=1e-12)
-    np.testing.assert_allclose((projected(w, a) * w).sum(axis=1), 0.0, atol=1e-14)
-    np.testing.assert_allclose(projected(w, b), projected(w, b - 0.4 * w), atol=1e-12)
+    np.testing.assert_allclose((project_off_axis(w, a) * w).sum(axis=1), 0.0, atol=1e-14)
+    np.testing.assert_allclose(project_off_axis(w, b), project_off_axis(w, b - 0.4 * w), atol=1e-12)
 
 
 @pytest.mark.capability("07-7", "07-8")

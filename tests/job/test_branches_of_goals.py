@@ -10,7 +10,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import JobError
-from mafsil.job import Refusal, parse
+from mafsil.job import Refusal, parse_job
 from mafsil.job.solve import prepare
 from tests.job.test_job_planning import planned
 
@@ -46,21 +46,21 @@ def test_a_branch_that_the_arm_does_not_have_is_refused_with_those_it_has():
         'robot = "cobra600"\n[[move]]\n'
         'pose = { position = [0.4, 0.3, 0.3], rpy = [3.141592653589793, 0, 0.5], branch = { shoulder = "left" } }\n'
     )
-    found = prepare(parse(text), text, Path())
+    found = prepare(parse_job(text), text, Path())
     assert isinstance(found, Refusal)
     assert "shoulder left" in found.explain()
     assert "down" in found.explain()
     line = JOB.format(pose=POSE, branch='elbow = "up"') + 'path = "line"\n'
     with pytest.raises(JobError, match="stays on the branch"):
-        parse(line)
+        parse_job(line)
     with pytest.raises(JobError, match="elbow"):
-        parse(JOB.format(pose=POSE, branch='elbow = "left"'))
+        parse_job(JOB.format(pose=POSE, branch='elbow = "left"'))
 
 
 def test_a_limit_of_an_arm_of_few_joints_is_named():
     """The pose needs joint 2 of the SCARA at 1.63 rad, beyond its range: no word of too few joints."""
     text = 'robot = "cobra600"\n[[move]]\npose = { position = [0.4, 0.1, 0.1], rpy = [3.141592653589793, 0, 0] }\n'
-    refused = prepare(parse(text), text, Path())
+    refused = prepare(parse_job(text), text, Path())
     assert isinstance(refused, Refusal)
     assert "beyond the joint limits" in refused.explain("en")
     assert "joint2 at 1.63" in refused.explain("en")

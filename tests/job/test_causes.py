@@ -10,7 +10,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.collision.status import SMALLEST_GAP
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.job.causes import MOST_AGAIN, Cause, causes_of
 from mafsil.job.judgement import summary
 from mafsil.job.planned_remarks import PLANNED
@@ -42,7 +42,7 @@ def arm(folder: Path, joints: int, friction: float, effort: float) -> None:
 
 @cache
 def driven(text: str, folder: Path = Path()) -> Run:
-    run = solve(parse(text), text, folder)
+    run = solve(parse_job(text), text, folder)
     assert isinstance(run, Run), run.explain()
     return run
 

@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import FileError, JobError
-from mafsil.job import parse, solve_file
+from mafsil.job import parse_job, solve_file
 
 CELL = """
 robot = "planar2r"
@@ -63,17 +63,17 @@ def folder(tmp_path):
 
 @pytest.mark.capability("11-40")
 def test_a_cell_counts_as_if_it_were_typed_in_the_job_and_the_job_wins(folder):
-    job = parse(JOB, "job.toml", folder=folder)
+    job = parse_job(JOB, "job.toml", folder=folder)
     assert job.robot == "planar2r"
     assert job.angles == "degrees"
     assert (job.limits.speed_scale, job.limits.acceleration_scale) == (0.9, 0.6)
     assert [one.name for one in job.obstacle] == ["post", "far wall"]
     np.testing.assert_allclose(job.move[0].pose.position, [1.2, 0.3, 0.0])
-    whole = parse(JOB.replace(', task = "position"', ""), folder=folder)
+    whole = parse_job(JOB.replace(', task = "position"', ""), folder=folder)
     np.testing.assert_allclose(whole.move[0].pose.quaternion[3], np.sin(np.pi / 4))
-    own = parse(JOB.replace('"feeder"', '"table"'), folder=folder)
+    own = parse_job(JOB.replace('"feeder"', '"table"'), folder=folder)
     np.testing.assert_allclose(own.move[0].pose.position, [1.0, 0.5, 0.0])
-    bare = parse(JOB.replace("[frame.table]\nposition = [1.0, 0.5, 0]", "").replace('"feeder"', '"table"'),
+    bare = parse_job(JOB.replace("[frame.table]\nposition = [1.0, 0.5, 0]", "").replace('"feeder"', '"table"'),
                  "job", {"height": 0.7}, folder=folder)  # fmt: skip
     np.testing.assert_allclose(bare.move[0].pose.position, [1.0, 0.7, 0.0])
 
@@ -101,11 +101,11 @@ def test_files_beside_a_cell_in_another_folder_are_found(folder):
         "position = [0, 0, 0]\n"
     )
     text = 'include = "cells/own.toml"\n[[move]]\njoints = [0.5]\n'
-    job = parse(text, folder=folder)
+    job = parse_job(text, folder=folder)
     beside = str((folder / "cells" / "arm.urdf").resolve())
     assert (job.robot, job.other_robot[0].robot, job.obstacle[0].mesh) == (beside, beside, "no.stl")
     (folder / "cells" / "own.toml").write_text('robot = "planar2r"\n[collision]\nsrdf = "arm.urdf"\n')
-    job = parse(text, folder=folder)
+    job = parse_job(text, folder=folder)
     assert job.collision is not None
     assert (job.robot, job.collision.srdf) == ("planar2r", beside)
 
@@ -113,7 +113,7 @@ def test_files_beside_a_cell_in_another_folder_are_found(folder):
 def test_cells_include_cells_relative_to_themselves(folder):
     (folder / "cells" / "parts.toml").write_text("[part.cube]\nmass = 0.1\n")
     (folder / "cells" / "cell.toml").write_text('include = ["parts.toml"]\n' + CELL)
-    job = parse(JOB + '\n[[move]]\npick = "cube"\n', folder=folder)
+    job = parse_job(JOB + '\n[[move]]\npick = "cube"\n', folder=folder)
     assert job.move[1].pick.mass == 0.1
 
 
@@ -133,7 +133,7 @@ def test_what_is_wrong_in_a_cell_is_said_with_its_file_and_line(folder, cell, wo
     (folder / "cells" / "cell.toml").write_text(cell + "\n")
     job = JOB if "robot" in cell else 'robot = "planar2r"\n' + JOB if cell.startswith("angles") else JOB
     with pytest.raises((JobError, FileError)) as error:
-        parse('robot = "planar2r"\n' + job if "robot =" not in job else job, folder=folder)
+        parse_job('robot = "planar2r"\n' + job if "robot =" not in job else job, folder=folder)
     for word in words:
         assert word in error.value.message("en")
     assert error.value.message("ar") != error.value.message("en")
@@ -141,7 +141,7 @@ def test_what_is_wrong_in_a_cell_is_said_with_its_file_and_line(folder, cell, wo
 
 def test_units_of_a_cell_are_those_of_its_job(folder):
     with pytest.raises(JobError, match="angles"):
-        parse('angles = "radians"\n' + JOB, folder=folder)
+        parse_job('angles = "radians"\n' + JOB, folder=folder)
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_a_file_that_cannot_be_included_is_named_with_the_line_that_names_it(fol
     text = f'robot = "planar2r"\ninclude = {include}\n[[move]]\npause = 1\n'
     (folder / "job.toml").write_text(text)
     with pytest.raises((JobError, FileError)) as error:
-        parse(text, "job.toml", folder=folder)
+        parse_job(text, "job.toml", folder=folder)
     assert error.value.message("en").startswith(says)
     assert "{" not in error.value.message("ar")
 
@@ -170,7 +170,7 @@ def test_a_file_that_cannot_be_included_is_named_with_the_line_that_names_it(fol
 @pytest.mark.parametrize("name", ["nowhere.toml", "cells", "/dev/zero", "../" * 30 + "etc/passwd"])
 def test_what_cannot_be_included_is_refused(folder, name):
     with pytest.raises((JobError, FileError)):
-        parse(f'include = "{name}"\nrobot = "planar2r"\n[[move]]\njoints = [0, 0]\n', folder=folder)
+        parse_job(f'include = "{name}"\nrobot = "planar2r"\n[[move]]\njoints = [0, 0]\n', folder=folder)
 
 
 @pytest.mark.capability("11-41")

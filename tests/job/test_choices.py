@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from mafsil.cli.main import main
 from mafsil.errors import JobError
-from mafsil.job import parse, solve
+from mafsil.job import parse_job, solve
 from mafsil.job.judgement import summary
 from mafsil.job.solve import prepare
 from mafsil.report.contents import page as page_of
@@ -51,7 +51,7 @@ joints = [0.0, 0.2]
 
 
 def planned(text, variables=None):
-    job = parse(text, "job.toml", variables)
+    job = parse_job(text, "job.toml", variables)
     return prepare(job, text, Path())[1]
 
 
@@ -62,7 +62,7 @@ def made(plan):
 @pytest.fixture(scope="module")
 def run():
     text = CELL + CHOICE
-    found = solve(parse(text, "job.toml"), text, Path())
+    found = solve(parse_job(text, "job.toml"), text, Path())
     assert found, found.explain("en")
     return found
 
@@ -148,7 +148,7 @@ def test_the_way_through_any_choices_is_that_of_a_programming_language(trees):
         return f"{{ if = {{ yes = {test} }}, then = [{first}]" + (f", else = [{second}] }}" if other else " }")
 
     moves = ", ".join([written(tree, True) for tree in trees])
-    job = parse(f'robot = "planar2r"\nmove = [{moves}]\n[variables]\nyes = true\n')
+    job = parse_job(f'robot = "planar2r"\nmove = [{moves}]\n[variables]\nyes = true\n')
     k, way = 0, []
     while k < len(job.move):
         move = job.move[k]
@@ -219,7 +219,7 @@ then = [{ joints = [0.0, 0.4] }]
 """
     when = planned(CELL + "[[move]]\njoints = [1.0, 0.4]\n").cycle
     cell = CELL.replace("[[1.0, 3.0]]", f"[[{when - 1e-3:.4f}, 3.0]]")
-    run = solve(parse(cell + text), cell + text, Path())
+    run = solve(parse_job(cell + text), cell + text, Path())
     assert any(leg.decision and leg.decision.holds for leg in run.plan.legs)
     assert any(np.isnan(one.saved) for one in run.limits)
 
@@ -255,7 +255,7 @@ WRONG = {
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_wrong_choices_are_named_with_their_line(move, language):
     with pytest.raises(JobError) as caught:
-        parse(f"{CELL}[[move]]\n{move}\n", "job.toml")
+        parse_job(f"{CELL}[[move]]\n{move}\n", "job.toml")
     assert caught.value.key == WRONG[move]
     assert "job.toml:1" in caught.value.message(language)
     assert "{" not in caught.value.message(language).replace("{ part_ok", "").replace("{ above", "")
@@ -264,14 +264,14 @@ def test_wrong_choices_are_named_with_their_line(move, language):
 def test_a_name_is_a_signal_or_a_variable():
     text = CELL.replace("[variables]", "[variables]\npart_ok = true") + CHOICE
     with pytest.raises(JobError) as caught:
-        parse(text)
+        parse_job(text)
     assert caught.value.key == "job.test_both"
 
 
 def test_lengths_inside_choices_are_in_the_unit_of_the_file():
     move = "{ pose = { position = [1200, 100, 0], task = 'position' }, path = 'line' }"
     text = f"lengths = 'millimetres'\n{CELL}[[move]]\nif = {{ glue = true }}\nthen = [{move}]\nelse = [{move}]\n"
-    job = parse(text)
+    job = parse_job(text)
     assert [move.pose.position for move in job.move if move.pose is not None] == [(1.2, 0.1, 0.0)] * 2
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.parallel import ClosedChain
 
 JOBS = Path(__file__).resolve().parents[2] / "examples" / "jobs"
@@ -27,7 +27,7 @@ POST = "[[obstacle]]\nname = 'post'\nsphere = 0.03\nposition = [0.52, 0, 0.62]\n
 
 
 def run(text: str):
-    return solve(parse(HEAD + text), HEAD + text, JOBS)
+    return solve(parse_job(HEAD + text), HEAD + text, JOBS)
 
 
 def test_poses_are_reached_with_closed_loops_and_taken_again_as_before():
@@ -117,7 +117,7 @@ def test_lines_that_cannot_be_are_refused(line, said):
 
 def test_a_start_may_be_a_pose():
     text = HEAD.replace("joints = [0, 0]", "pose = { position = [0.5, 0, 0.6], task = 'position' }") + OUT
-    done = solve(parse(text), text, JOBS)
+    done = solve(parse_job(text), text, JOBS)
     assert isinstance(done, Run)
     assert done
     np.testing.assert_allclose(done.robot.forward_kinematics(done.plan.start)[:3, 3], [0.5, 0, 0.6], atol=1e-9)
@@ -149,7 +149,7 @@ def test_an_obstacle_at_the_goal_is_named():
 
 def test_the_platform_on_six_legs_does_its_job():
     text = (JOBS / "stewart.toml").read_text()
-    done = solve(parse(text), text, JOBS)
+    done = solve(parse_job(text), text, JOBS)
     assert isinstance(done, Run)
     assert done
     assert ClosedChain(done.robot).error(done.recording.q).max() < 1e-10

@@ -10,7 +10,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import JobError, MafsilError
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.parallel import ClosedChain
 from mafsil.parallel.robot_file import read_parallel
 
@@ -27,12 +27,12 @@ step = 0.002
 
 
 def run(text: str):
-    return solve(parse(JOB + text), JOB + text, JOBS)
+    return solve(parse_job(JOB + text), JOB + text, JOBS)
 
 
 def test_the_palletiser_does_its_job():
     text = (JOBS / "palletiser.toml").read_text()
-    done = solve(parse(text), text, JOBS)
+    done = solve(parse_job(text), text, JOBS)
     assert isinstance(done, Run)
     assert done
     tape, chain = done.recording, ClosedChain(done.robot)
@@ -74,7 +74,7 @@ def test_a_robot_that_is_too_weak_is_said_to_be():
 
     def solved(folder: Path):
         (folder / "weak.xml").write_text(weak)
-        return solve(parse(text), text, folder)
+        return solve(parse_job(text), text, folder)
 
     import tempfile
 
@@ -113,13 +113,13 @@ def test_moves_that_the_loops_forbid_are_refused(tmp_path):
     head = 'robot = "bars.xml"\n[tool]\nlink = "coupler"\n[start]\njoints = [0.3, 0.5, 1.5]\n'
     for goal in (2.5, -2.5):
         text = head + f"[[move]]\nname = 'over'\njoints = [{goal}]\n"
-        refused = solve(parse(text), text, tmp_path)
+        refused = solve(parse_job(text), text, tmp_path)
         assert isinstance(refused, Refusal)
         assert "no closed configuration was found" in refused.explain("en")
         assert "over" in refused.explain("en")
         assert "over" in refused.explain("ar")
     text = 'robot = "bars.xml"\n[tool]\nlink = "coupler"\n[start]\njoints = [3.1]\n[[move]]\njoints = [3.0]\n'
-    refused = solve(parse(text), text, tmp_path)
+    refused = solve(parse_job(text), text, tmp_path)
     assert isinstance(refused, Refusal)
     assert "not found" in refused.explain("en")
 
@@ -151,7 +151,7 @@ place = true
 
 def test_a_delta_robot_of_a_file_is_the_robot_of_a_job():
     folder = Path("examples/robots")
-    run = solve(parse(DELTA, "job.toml"), DELTA, folder)
+    run = solve(parse_job(DELTA, "job.toml"), DELTA, folder)
     assert run, run.explain("en")
     delta = read_parallel(folder / "delta.toml")
     for leg in run.plan.legs[:2]:
@@ -171,4 +171,4 @@ def test_a_parallel_robot_of_another_kind_is_refused(tmp_path):
     (tmp_path / "six.toml").write_text(f'kind = "stewart"\nbase_radius = 2.0\nplatform_radius = 1.0\n{angles}')
     text = DELTA.replace("delta.toml", "six.toml")
     with pytest.raises(MafsilError, match="'delta' can"):
-        solve(parse(text, "job.toml"), text, tmp_path)
+        solve(parse_job(text, "job.toml"), text, tmp_path)

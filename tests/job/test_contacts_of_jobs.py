@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import JobError
-from mafsil.job import Run, parse, solve, solve_file
+from mafsil.job import Run, parse_job, solve, solve_file
 from mafsil.job.contacts import Face
 from mafsil.job.door_grips import grips
 from mafsil.job.judgement import summary
@@ -91,7 +91,7 @@ duration = 1.0
 
 
 def run(text):
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     return found
 
@@ -185,7 +185,7 @@ def test_millimetres_are_metres():
         ("[0.5, 100", "[500, 100"), ("position = 0.01", "position = 10"),
     ):  # fmt: skip
         millimetres = millimetres.replace(old, new)
-    one, other = parse(metres), parse('lengths = "millimetres"' + millimetres)
+    one, other = parse_job(metres), parse_job('lengths = "millimetres"' + millimetres)
     first, second = one.hole[0], other.hole[0]
     np.testing.assert_allclose(first.mouth, second.mouth)
     for name in ("clearance", "depth", "chamfer", "peg", "stiffness", "damping"):
@@ -211,10 +211,10 @@ def test_what_makes_no_sense_is_refused_by_its_place(text, old, new, word):
     assert old in text
     changed = HEAD + text.replace(old, new)
     if word is None:
-        parse(changed)
+        parse_job(changed)
         return
     with pytest.raises(JobError) as caught:
-        parse(changed)
+        parse_job(changed)
     assert word in caught.value.message("en")
     assert caught.value.message("ar") != caught.value.message("en")
 
@@ -224,7 +224,7 @@ def test_a_door_needs_a_whole_pose_to_start_from():
     for start in ("joints = [0, 0, 0, 0, 0, 0]", "pose = { position = [0.5, 0.1, 0.2] }"):
         text = RAIL.replace("pose = { position = [0.5, 0.1, 0.2], rpy = [180, 0, 0] }", start, 1) + door
         with pytest.raises(JobError, match="handle"):
-            parse(HEAD + text)
+            parse_job(HEAD + text)
 
 
 def test_schema_check_and_bench_know_them(tmp_path, capsys):
@@ -234,9 +234,9 @@ def test_schema_check_and_bench_know_them(tmp_path, capsys):
     file.write_text(HEAD + PEG)
     assert main(["check-job", str(file)]) == 0
     capsys.readouterr()
-    assert "impedance" in kinds_for(parse(HEAD + PEG))
-    assert "hybrid" not in kinds_for(parse(HEAD + PEG))
-    assert "hybrid" in kinds_for(parse(HEAD + PIPE))
+    assert "impedance" in kinds_for(parse_job(HEAD + PEG))
+    assert "hybrid" not in kinds_for(parse_job(HEAD + PEG))
+    assert "hybrid" in kinds_for(parse_job(HEAD + PIPE))
 
 
 GRIPPED = """
@@ -275,7 +275,7 @@ pose = { position = [0.4, 0.02, 0.2], rpy = [3.14159265358979, 0, 0] }
 
 @pytest.mark.capability("10-68", "10-79")
 def test_a_door_is_held_from_one_move_to_another_and_stays_where_it_was_let_go():
-    found = solve(parse(GRIPPED), GRIPPED, Path())
+    found = solve(parse_job(GRIPPED), GRIPPED, Path())
     assert found.status.succeeded, found.explain()
     (grip,) = grips(found.job, found.plan)
     tape, tips = found.recording, found.robot.forward_kinematics(found.recording.q)
@@ -309,4 +309,4 @@ def test_a_door_is_held_from_one_move_to_another_and_stays_where_it_was_let_go()
 )
 def test_moves_of_a_door_exist_and_are_in_order(old, new, word):
     with pytest.raises(JobError, match=word):
-        parse(GRIPPED.replace(old, new))
+        parse_job(GRIPPED.replace(old, new))

@@ -13,7 +13,7 @@ from mafsil.cli.main import main
 from mafsil.errors import FileError, InputError
 from mafsil.geometry.quaternion import to_quaternion
 from mafsil.job.controller_program import LANGUAGES, instructions, language_of, read_program, write_program
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.solve import prepare
 from mafsil.model import library
 from tests.sizes import few
@@ -64,8 +64,8 @@ def planned(robot, moves=MOVES):
         start = low + (high - low) * np.random.default_rng(seed).uniform(0.2, 0.8, arm.n)
         goal = start + 0.05 * (high - low) * np.cos(np.arange(arm.n))
         made = text.replace("START", str(start.tolist())).replace("GOAL", str(goal.tolist()))
-        if found := prepare(parse(made), made, Path()):
-            return made, parse(made), *found
+        if found := prepare(parse_job(made), made, Path()):
+            return made, parse_job(made), *found
     raise AssertionError(found)
 
 
@@ -82,7 +82,7 @@ def again(text, steps, robot):
             pose = f"position = {p}, quaternion = {w}"
             lines.append(f'[[move]]\npose = {{ {pose} }}\npath = "line"')
     made = "\n".join([head, f"[start]\njoints = {first}", *lines])
-    return [leg for leg in prepare(parse(made), made, Path())[1].legs if leg.kind in ("joint", "line")]
+    return [leg for leg in prepare(parse_job(made), made, Path())[1].legs if leg.kind in ("joint", "line")]
 
 
 @pytest.mark.parametrize("name", LANGUAGES)
@@ -150,7 +150,7 @@ pose = { position = [0.55, 0.2, 0.22] }
 @pytest.mark.parametrize("name", LANGUAGES)
 def test_lines_and_arcs_with_rounded_corners_are_read_back_and_planned_again_to_the_same_path(name):
     language, text = LANGUAGES[name], SEAM.replace("START", SEAM_START) + SEAM_MOVES
-    job = parse(text)
+    job = parse_job(text)
     arm, plan = prepare(job, text, Path())
     program = write_program(job, plan, language)
     keys = {one.key for one in program.lost}
@@ -169,7 +169,7 @@ def test_lines_and_arcs_with_rounded_corners_are_read_back_and_planned_again_to_
         place = f"position = {goal[:3, 3].tolist()}, quaternion = {to_quaternion(goal[:3, :3]).tolist()}"
         made += f'[[move]]\npath = "{step.kind}"\n{points}pose = {{ {place} }}\n'
         made += f"blend = {step.zone}\ntip_speed = {step.speed}\n"
-    other = prepare(parse(made), made, Path())[1]
+    other = prepare(parse_job(made), made, Path())[1]
     for one, two in zip(plan.legs[:2], other.legs[:2], strict=True):
         share = np.linspace(0.0, 1.0, 201)
         ours, theirs = (leg.trajectory.at(share * leg.trajectory.duration).u for leg in (one, two))
@@ -179,7 +179,7 @@ def test_lines_and_arcs_with_rounded_corners_are_read_back_and_planned_again_to_
 def test_a_robot_on_a_track_has_no_program():
     text = 'robot = "ur5e"\n[[track]]\ndirection = [0, 1, 0]\nrange = [0, 1]\n'
     text += "[[move]]\njoints = [0.1, 0, -1, 1, -1, -1, 0]\n"
-    job = parse(text)
+    job = parse_job(text)
     with pytest.raises(InputError, match="track"):
         write_program(job, prepare(job, text, Path())[1], LANGUAGES["krl"])
 

@@ -7,7 +7,7 @@ import pytest
 
 from mafsil.control import gravity_compensation, inertia_gains
 from mafsil.errors import JobError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.job.judgement import summary
 from mafsil.job.resting import resting_place
 from mafsil.model import library
@@ -32,7 +32,7 @@ def job(robot: str, more: str = "", settle: float = 0.3) -> str:
 
 
 def driven(text: str) -> Run:
-    run = solve(parse(text), text, Path())
+    run = solve(parse_job(text), text, Path())
     assert isinstance(run, Run)
     return run
 
@@ -94,7 +94,7 @@ def test_gains_of_another_law_are_refused(old: str, name: str) -> None:
     if "computed_torque" in old:
         text = text.replace('kind = "pd_gravity"\n', "")
     with pytest.raises(JobError) as caught:
-        parse(text)
+        parse_job(text)
     assert caught.value.key == "job.no_gain"
     assert name in caught.value.message("en")
     assert caught.value.details["line"]
@@ -103,4 +103,4 @@ def test_gains_of_another_law_are_refused(old: str, name: str) -> None:
 @pytest.mark.parametrize(("former", "name"), [("stiffness = 10", "kp"), ("rate_gain = 10", "kd")])
 def test_former_names_of_gains_lead_to_the_present_ones(former: str, name: str) -> None:
     with pytest.raises(JobError, match=f"did you mean: {name}"):
-        parse(job("planar2r", former), "x.toml")
+        parse_job(job("planar2r", former), "x.toml")

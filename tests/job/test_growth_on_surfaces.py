@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.job.law_stability import HeldArm, growth_along, quiet_law
 from mafsil.trajectory import Motion, quintic
 from mafsil.trajectory.profiles import rest
@@ -39,7 +39,7 @@ friction = {friction}
 [[move]]
 pause = 0.1
 """
-    job = parse(text)
+    job = parse_job(text)
     found = solve(job, text, Path())
     assert isinstance(found, Run)
     A = normal @ T[:3, :3] @ arm.jacobian_body(q)[3:]

@@ -12,7 +12,7 @@ import pytest
 from mafsil.cli.main import main
 from mafsil.errors import FileError, JobError
 from mafsil.ik import solve_ik
-from mafsil.job import Refusal, Run, parse, schema, solve
+from mafsil.job import Refusal, Run, parse_job, schema, solve
 from mafsil.job.judgement import summary
 from mafsil.job.language import JobFile
 from mafsil.job.plan import Plan
@@ -39,13 +39,13 @@ VIA = "joints = [0.3, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]\nvia = [[0.1, -0.2, 0.1, -
 
 @cache  # several tests look at the plan of one text
 def planned(text: str, folder: Path = HERE) -> tuple[Robot, Plan]:
-    answer = prepare(parse(text, "x.toml"), text, folder, source="x.toml")
+    answer = prepare(parse_job(text, "x.toml"), text, folder, source="x.toml")
     assert not isinstance(answer, Refusal), answer.explain()
     return answer
 
 
 def refused(text: str) -> Refusal:
-    answer = prepare(parse(text, "x.toml"), text, HERE, source="x.toml")
+    answer = prepare(parse_job(text, "x.toml"), text, HERE, source="x.toml")
     assert isinstance(answer, Refusal)
     assert any("\u0600" <= c <= "\u06ff" for c in answer.explain("ar"))
     return answer
@@ -53,7 +53,7 @@ def refused(text: str) -> Refusal:
 
 def complaint(text: str) -> JobError:
     with pytest.raises(JobError) as caught:
-        prepare(parse(text, "x.toml"), text, HERE, source="x.toml")
+        prepare(parse_job(text, "x.toml"), text, HERE, source="x.toml")
     assert any("\u0600" <= c <= "\u06ff" for c in caught.value.message("ar"))
     return caught.value
 
@@ -117,7 +117,7 @@ def test_types_are_named_for_people_in_both_languages() -> None:
 )
 def test_sentences_of_the_parser_are_our_own_in_both_languages(text: str, key: str, line: int) -> None:
     with pytest.raises(FileError) as caught:
-        parse(text, "x.toml")
+        parse_job(text, "x.toml")
     assert f"x.toml:{line}:" in caught.value.message("en")
     for language in ("en", "ar"):
         assert say(f"job.toml_{key}", language=language) in caught.value.message(language)
@@ -257,7 +257,7 @@ def test_rounded_poses_of_small_arms_are_met_within_the_tolerance(
     np.testing.assert_allclose(T[:3, 3], wanted[:3, 3], atol=1e-9)
     told = [one for one in motion.remarks if one.key == "job.nearly_met"]
     assert len(told) == (found > 1e-4)
-    run = solve(parse(text), text, HERE)
+    run = solve(parse_job(text), text, HERE)
     assert isinstance(run, Run)
     assert not summary(run).not_reached
 
@@ -284,7 +284,7 @@ def test_planar_arms_are_given_points_and_lines() -> None:
     np.testing.assert_allclose(p[0], [1.2, 0.8, 0], atol=1e-9)
     np.testing.assert_allclose(p[-1], [1.0, 1.0, 0], atol=1e-9)
     np.testing.assert_allclose(p[:, 0] + p[:, 1], 2.0, atol=1e-6)
-    run = solve(parse(text), text, HERE)
+    run = solve(parse_job(text), text, HERE)
     assert isinstance(run, Run)
     assert summary(run).targets == 2
     assert not summary(run).not_reached
@@ -297,7 +297,7 @@ def test_an_axis_leaves_the_turn_about_it_to_the_arm() -> None:
     T = arm.forward_kinematics(motion.legs[0].trajectory.at(motion.legs[0].trajectory.duration).u)
     np.testing.assert_allclose(T[:3, 2], [0, 0, -1], atol=1e-8)
     np.testing.assert_allclose(T[:3, 3], [0.5, 0.2, 0.4], atol=1e-8)
-    run = solve(parse(text), text, HERE)
+    run = solve(parse_job(text), text, HERE)
     assert isinstance(run, Run)
     assert not summary(run).not_reached
 
@@ -385,7 +385,7 @@ def test_a_dry_run_plans_and_writes_nothing(tmp_path: Path, capsys: pytest.Captu
 def test_files_of_many_points_are_read() -> None:
     points = "".join(f"[[move]]\npose = {{ position = [0.4, {k / 1e6}, 0.3] }}\n" for k in range(30_000))
     assert len(points) > 1_000_000
-    assert len(parse(PANDA + points).move) == 30_000
+    assert len(parse_job(PANDA + points).move) == 30_000
 
 
 BLOCKS = [
@@ -422,7 +422,7 @@ joints = [0, -90, 90, -90, -90, 0]
 [[move]]
 joints = [{pan}, -90, 90, -90, -90, 0]
 """
-    plan = prepare(parse(text), text, Path())[1]
+    plan = prepare(parse_job(text), text, Path())[1]
     found = [remark.sentence("en") for remark in plan.remarks if remark.key == "job.long_way_joints"]
     assert bool(found) == said
     assert all("shoulder_pan_joint turns by 300°" in sentence for sentence in found)
@@ -439,7 +439,7 @@ joints = [0, -90, 90, -90, -90, 0]
 [[move]]
 pose = { position = [0.4, -0.08, 0.15], rpy = [180, 0, 0] }
 """
-    plan = prepare(parse(text), text, Path())
+    plan = prepare(parse_job(text), text, Path())
     assert plan, plan.explain("en")
     leg = plan[1].legs[0]
     assert leg.way is None

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.errors import FileError, JobError, MafsilError
-from mafsil.job import parse, read
+from mafsil.job import parse_job, read_job
 from mafsil.job.language import key_checks
 from mafsil.job.lines import Places
 from mafsil.job.solve import prepare
@@ -19,7 +19,7 @@ PANDA = (JOBS / "pick_and_place_panda.toml").read_text(encoding="utf-8")
 
 @pytest.mark.parametrize("path", sorted(JOBS.glob("*.toml")), ids=lambda p: p.stem)
 def test_examples_are_valid(path: Path) -> None:
-    assert read(path).move
+    assert read_job(path).move
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_examples_are_valid(path: Path) -> None:
 def test_each_mistake_has_its_sentence(old: str, new: str, key: str, mentions: list[str]) -> None:
     assert old in PANDA
     with pytest.raises(JobError) as caught:
-        parse(PANDA.replace(old, new, 1), "x.toml")
+        parse_job(PANDA.replace(old, new, 1), "x.toml")
     assert caught.value.key == key
     for word in mentions:
         assert word in caught.value.message("en")
@@ -68,7 +68,7 @@ def test_each_mistake_has_its_sentence(old: str, new: str, key: str, mentions: l
 )
 def test_other_wrong_shapes_are_refused(text: str) -> None:
     with pytest.raises(JobError):
-        parse(text)
+        parse_job(text)
 
 
 def test_no_file_no_toml_no_text(tmp_path: Path) -> None:
@@ -84,19 +84,19 @@ def test_no_file_no_toml_no_text(tmp_path: Path) -> None:
     cases["job.too_large"].write_bytes(b"#" * 20_000_001)
     for key, path in cases.items():
         with pytest.raises(FileError) as caught:
-            read(path)
+            read_job(path)
         assert caught.value.key == key
         assert caught.value.message("en") != caught.value.message("ar")
 
 
 def test_deep_nesting_is_refused() -> None:
     with pytest.raises(MafsilError):
-        parse("a = " + "[" * 5000 + "]" * 5000)
+        parse_job("a = " + "[" * 5000 + "]" * 5000)
 
 
 def test_direction_characters_in_keys_are_shown_by_number() -> None:
     with pytest.raises(JobError) as caught:
-        parse('robot = "a"\n"\u202eevil" = 1\nmove = []')
+        parse_job('robot = "a"\n"\u202eevil" = 1\nmove = []')
     assert "\u202e" not in caught.value.message()
     assert "<U+202E>" in caught.value.message()
 
@@ -109,7 +109,7 @@ def test_any_bytes_give_our_errors_only(noise: bytes) -> None:
     cut = len(noise) * 7 % len(text)
     found: list[MafsilError] = []
     try:
-        parse((text[:cut] + noise + text[cut + 3 :]).decode("utf-8", "replace"))
+        parse_job((text[:cut] + noise + text[cut + 3 :]).decode("utf-8", "replace"))
     except MafsilError as error:
         found.append(error)
     assert all(error.message("en") and error.message("ar") for error in found)
@@ -169,7 +169,7 @@ def test_keys_of_a_table_are_looked_up_once_however_many_moves_there_are(monkeyp
     fields = msgspec.structs.fields
     monkeypatch.setattr(msgspec.structs, "fields", lambda kind: asked.append(kind) or fields(kind))
     key_checks._fields.cache_clear()
-    moves = parse('robot = "planar2r"\n' + "[[move]]\npause = 0.1\n" * 500)
+    moves = parse_job('robot = "planar2r"\n' + "[[move]]\npause = 0.1\n" * 500)
     assert len(moves.move) == 500
     assert len(asked) == len(set(asked)) < 30
 
@@ -184,26 +184,26 @@ def test_keys_of_a_table_are_looked_up_once_however_many_moves_there_are(monkeyp
 def test_a_robot_and_a_lock_that_cannot_be_are_said_with_their_line(text, place, words):
     text += "[[move]]\npause = 1\n"
     with pytest.raises(MafsilError, match=words) as caught:
-        prepare(parse(text), text, Path(), source="job.toml")
+        prepare(parse_job(text), text, Path(), source="job.toml")
     assert str(caught.value).startswith(place)
 
 
 @pytest.mark.parametrize("wrong", ["nan", "3", "true", "[1]", "{ a = 1 }"])
 def test_what_cannot_be_included_is_said_with_its_line(wrong):
     with pytest.raises(JobError, match="include") as caught:
-        parse(f'robot = "ur5e"\ninclude = {wrong}\n[[move]]\npause = 1\n', source="job.toml")
+        parse_job(f'robot = "ur5e"\ninclude = {wrong}\n[[move]]\npause = 1\n', source="job.toml")
     assert str(caught.value).startswith("job.toml:2")
 
 
 def test_a_table_that_is_not_known_is_said_with_its_line():
     with pytest.raises(JobError, match="did you mean: move") as caught:
-        parse('robot = "ur5e"\n\n[[moves]]\npause = 1\n', source="job.toml")
+        parse_job('robot = "ur5e"\n\n[[moves]]\npause = 1\n', source="job.toml")
     assert str(caught.value).startswith("job.toml:3")
 
 
 def test_a_refused_pose_of_an_arm_with_few_joints_is_one_sentence(recwarn):
     """A warning of inverse kinematics for programmers was printed beside it."""
     text = 'robot = "cobra600"\n[[move]]\npose = { position = [0.4, 0.2, 0.15], rpy = [3.14159265, 0, 0.5] }\n'
-    refused = prepare(parse(text), text, Path())
+    refused = prepare(parse_job(text), text, Path())
     assert "4 joints, fewer than a pose fixes" in refused.explain("en")
     assert not [each for each in recwarn if "no solution" in str(each.message)]

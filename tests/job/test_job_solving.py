@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mafsil.errors import JobError, MafsilError
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.job.equipment import equipment_of
 from mafsil.job.judgement import summary
 from mafsil.job.move_planner import plan
@@ -29,7 +29,7 @@ joints = [0.3, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]
 
 
 def solved(text: str) -> Run:
-    run = solve(parse(text), text, JOBS)
+    run = solve(parse_job(text), text, JOBS)
     assert isinstance(run, Run), run.explain()
     return run
 
@@ -39,7 +39,7 @@ def solved(text: str) -> Run:
 def test_examples_reach_every_target_within_limits(name: str) -> None:
     path = JOBS / f"{name}.toml"
     text = path.read_text(encoding="utf-8")
-    run = solve(parse(text), text, path.parent)
+    run = solve(parse_job(text), text, path.parent)
     assert isinstance(run, Run)
     assert run.stopped is None
     job, tape = run.job, run.recording
@@ -63,7 +63,7 @@ def test_examples_reach_every_target_within_limits(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_plans_are_continuous_at_rest_and_within_speed_limits(name: str) -> None:
     path = JOBS / f"{name}.toml"
-    job = parse(path.read_text(encoding="utf-8"))
+    job = parse_job(path.read_text(encoding="utf-8"))
     tools = equipment_of(job, path.parent)
     robot, motion = tools[0].robot, plan(job, tools)
     assert isinstance(motion, Plan)
@@ -78,7 +78,7 @@ def test_plans_are_continuous_at_rest_and_within_speed_limits(name: str) -> None
 
 def test_lines_are_straight() -> None:
     path = JOBS / "pick_and_place_panda.toml"
-    job = parse(path.read_text(encoding="utf-8"))
+    job = parse_job(path.read_text(encoding="utf-8"))
     tools = equipment_of(job, path.parent)
     robot, motion = tools[0].robot, plan(job, tools)
     assert isinstance(motion, Plan)
@@ -122,7 +122,7 @@ def test_time_axis_is_even_across_loads() -> None:
 
 def test_durations_given_are_kept_or_refused() -> None:
     assert solved(TWO_MOVES + "duration = 3.0\n").plan.legs[0].trajectory.duration == 3.0
-    answer = solve(parse(TWO_MOVES + "duration = 0.01\n"), "", JOBS)
+    answer = solve(parse_job(TWO_MOVES + "duration = 0.01\n"), "", JOBS)
     assert isinstance(answer, Refusal)
     assert "move 1 'there'" in answer.explain("en")
 
@@ -136,7 +136,7 @@ def test_durations_given_are_kept_or_refused() -> None:
     ],
 )
 def test_impossible_goals_are_refused_with_the_move_and_a_reason(pose: str, word: str) -> None:
-    answer = solve(parse(TWO_MOVES + f'[[move]]\nname = "far"\n{pose}\n'), "", JOBS)
+    answer = solve(parse_job(TWO_MOVES + f'[[move]]\nname = "far"\n{pose}\n'), "", JOBS)
     assert isinstance(answer, Refusal)
     assert "move 2 'far'" in answer.explain("en")
     assert word in answer.explain("en")
@@ -156,7 +156,7 @@ def test_impossible_goals_are_refused_with_the_move_and_a_reason(pose: str, word
 )
 def test_numbers_that_do_not_fit_the_robot(text: str, key: str) -> None:
     with pytest.raises(JobError) as caught:
-        solve(parse(text), text, JOBS)
+        solve(parse_job(text), text, JOBS)
     assert caught.value.key == key
     assert caught.value.message("en") != caught.value.message("ar")
 
@@ -164,7 +164,7 @@ def test_numbers_that_do_not_fit_the_robot(text: str, key: str) -> None:
 def test_no_such_robot() -> None:
     for robot in ("pandda", "absent.urdf"):
         with pytest.raises(MafsilError):
-            solve(parse(TWO_MOVES.replace('"panda"', f'"{robot}"')), "", JOBS)
+            solve(parse_job(TWO_MOVES.replace('"panda"', f'"{robot}"')), "", JOBS)
 
 
 def test_robot_without_masses_is_refused_where_forces_are_asked_for(tmp_path: Path) -> None:
@@ -172,7 +172,7 @@ def test_robot_without_masses_is_refused_where_forces_are_asked_for(tmp_path: Pa
     (tmp_path / "r.urdf").write_text(urdf, encoding="utf-8")
     text = 'robot = "r.urdf"\n[simulation]\nplant = "mafsil"\n[[move]]\njoints = [1.0]\n'
     with pytest.raises(JobError) as caught:
-        solve(parse(text), text, tmp_path)
+        solve(parse_job(text), text, tmp_path)
     assert caught.value.key == "job.no_mass"
 
 

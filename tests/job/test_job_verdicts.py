@@ -10,7 +10,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import InputWarning, JobError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.job.error_split import split
 from mafsil.job.holding import overloads, planned_overloads
 from mafsil.job.judgement import Summary, summary
@@ -76,7 +76,7 @@ RUBBING = """<robot name="gripper"><link name="hand"/>
 
 @cache
 def solved(text: str, folder: Path = Path()) -> tuple[Run, Summary]:
-    run = solve(parse(text), text, folder)
+    run = solve(parse_job(text), text, folder)
     assert isinstance(run, Run), run.explain()
     return run, summary(run)
 
@@ -175,7 +175,7 @@ def test_tolerances_of_the_job_and_of_a_move() -> None:
 )
 def test_tolerances_without_effect_are_refused(move: str) -> None:
     with pytest.raises(JobError) as caught:
-        parse(REACH + f"[[move]]\n{move}\n")
+        parse_job(REACH + f"[[move]]\n{move}\n")
     assert caught.value.key == "job.no_tolerance"
     assert caught.value.details["line"]
 
@@ -330,7 +330,7 @@ settle = 0.1
 [[move]]
 joints = [0.3, -0.2, 0.2, 0.2, -0.2, 0.3]
 """
-    run = solve(parse(text), text, Path())
+    run = solve(parse_job(text), text, Path())
     for row in (0, 57, len(run.recording.t) - 1):
         parts = split(run, run.driven[0], row).parts()
         assert np.abs(parts["rest"]).max() < 1e-12

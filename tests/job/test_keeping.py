@@ -10,7 +10,7 @@ import pytest
 from mafsil.errors import JobError
 from mafsil.job import keeping, solve
 from mafsil.job.judgement import remarks, summary
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
 from mafsil.report.contents import page
@@ -42,7 +42,7 @@ constraints = { orientation = true, plane = [0, 1, 0], frame = "table", toleranc
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    found = solve(parse(GLASS), GLASS, HERE)
+    found = solve(parse_job(GLASS), GLASS, HERE)
     assert isinstance(found, Run), found.explain("en")
     return found
 
@@ -88,13 +88,13 @@ def test_what_was_not_kept_when_driven_is_said(run: Run, monkeypatch: pytest.Mon
 )  # fmt: skip
 def test_what_cannot_be_kept_is_refused_with_its_line(old: str, new: str, word: str) -> None:
     with pytest.raises(JobError, match=word) as refused:
-        parse(GLASS.replace(old, new))
+        parse_job(GLASS.replace(old, new))
     assert refused.value.details["line"] is not None
 
 
 def test_a_goal_that_does_not_keep_it_is_refused_by_how_much() -> None:
     text = GLASS.replace("[450, -300, 350], rpy = [180, 0, 0]", "[450, -300, 350], rpy = [180, 10, 0]")
-    refused = solve(parse(text), text, HERE)
+    refused = solve(parse_job(text), text, HERE)
     assert isinstance(refused, Refusal)
     assert "carry" in refused.explain("en")
     assert "10 deg" in refused.explain("en")

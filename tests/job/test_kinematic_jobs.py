@@ -10,7 +10,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import JobError
-from mafsil.job import Run, bench_laws, parse, solve
+from mafsil.job import Run, bench_laws, parse_job, solve
 from mafsil.job.solve import prepare
 from mafsil.report.results import as_data, write_results
 
@@ -56,7 +56,7 @@ def write_arm(path: Path, upper: str, fore: str) -> None:
 
 
 def solved(text: str, folder: Path) -> Run:
-    found = solve(parse(text), text, folder)
+    found = solve(parse_job(text), text, folder)
     assert isinstance(found, Run)
     return found
 
@@ -96,7 +96,7 @@ def test_unknown_efforts_are_nowhere_a_number(folder: Path) -> None:
 
 def test_clearance_and_refusals_need_no_masses(folder: Path) -> None:
     into = JOB.replace("joints = [0.5, -0.5]", "joints = [1.2, 0.3]")
-    refused = solve(parse(into), into, folder)
+    refused = solve(parse_job(into), into, folder)
     assert not refused
     assert "wall" in refused.explain("en")
 
@@ -117,7 +117,7 @@ FORCED = {
 @pytest.mark.parametrize("name", FORCED)
 def test_what_needs_forces_is_refused_with_its_line(name: str, folder: Path) -> None:
     text = JOB + FORCED[name]
-    job = parse(text)
+    job = parse_job(text)
     with pytest.raises(JobError, match=name.split(".")[-1]) as caught:
         solve(job, text, folder)
     assert caught.value.key == "job.forces_masses"
@@ -133,7 +133,7 @@ def test_one_heavy_link_does_not_make_an_arm_and_a_tool_does_not_either(folder: 
     assert not solved(named, folder).plan.kinematic
     bare = JOB + '[simulation]\nplant = "mafsil"\n'
     with pytest.raises(JobError) as caught:
-        solve(parse(bare), bare, folder)
+        solve(parse_job(bare), bare, folder)
     assert caught.value.key == "job.no_mass"
     write_arm(folder / "bare.urdf", MASS, MASS)
     assert not solved(JOB, folder).plan.kinematic
@@ -146,7 +146,7 @@ def test_any_job_can_be_driven_without_forces(name: str) -> None:
     assert isinstance(run, Run)
     assert run
     assert "job.kinematic_asked" in {remark.key for remark in run.remarks}
-    job = mf.job.read(JOBS / f"{name}.toml")
+    job = mf.job.read_job(JOBS / f"{name}.toml")
     planned = prepare(job, run.text, JOBS)
     assert isinstance(planned, tuple)
     assert planned[1].duration == pytest.approx(run.plan.duration, abs=1e-12)
@@ -155,7 +155,7 @@ def test_any_job_can_be_driven_without_forces(name: str) -> None:
 
 
 def test_laws_are_not_compared_without_forces(folder: Path) -> None:
-    job = parse(JOB)
+    job = parse_job(JOB)
     planned = prepare(job, JOB, folder)
     assert isinstance(planned, tuple)
     with pytest.raises(JobError) as caught:

@@ -14,7 +14,7 @@ from mafsil.job import description
 from mafsil.job.language import statements
 from mafsil.job.language.units import LENGTHS
 from mafsil.job.poses import goal_matrix, pose_matrix
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from tests.job.test_job_planning import planned
 
 HEAD = 'robot = "panda"\n'
@@ -32,7 +32,7 @@ def poses(job):
 def test_frames_in_frames_are_products_of_poses():
     rng = np.random.default_rng(0)
     p, a = rng.uniform(-1, 1, (3, 3)), rng.uniform(-1, 1, (3, 3))
-    job = parse(
+    job = parse_job(
         HEAD
         + f"""
 [frame.cell]
@@ -65,7 +65,7 @@ sphere = 0.01
 
 
 def test_displacements_are_along_the_axes_that_are_named():
-    job = parse(
+    job = parse_job(
         HEAD
         + """
 angles = "degrees"
@@ -112,7 +112,7 @@ do = [ {{ name = "over", pose = {{ frame = "pallet", position = [0, 0, 0.1] }} }
     )
     T = pose_matrix(description.Pose(position=(0.4, 0.1, 0.0), rpy=(0, 0, 0.5)), degrees=False)
     for order in ("rows", "snake"):
-        job = parse(text.format(order=order))
+        job = parse_job(text.format(order=order))
         assert len(job.move) == 24
         expected = []
         for row, (k, j) in enumerate([(0, 0), (0, 1), (1, 0), (1, 1)]):
@@ -126,7 +126,7 @@ do = [ {{ name = "over", pose = {{ frame = "pallet", position = [0, 0, 0.1] }} }
 
 
 def test_loops_in_loops_and_patterns_side_by_side():
-    job = parse(
+    job = parse_job(
         HEAD
         + """
 [configuration]
@@ -219,7 +219,7 @@ def test_a_file_in_millimetres_is_the_same_job():
     assert first.duration == pytest.approx(second.duration, rel=1e-9)
     np.testing.assert_allclose(ends_of(first), ends_of(second), atol=1e-9)
     assert one.n == 7
-    jobs = [msgspec.to_builtins(parse(text)) for text in (metres, millimetres)]
+    jobs = [msgspec.to_builtins(parse_job(text)) for text in (metres, millimetres)]
     for job in jobs:
         del job["lengths"]
     assert_alike(*jobs)
@@ -313,7 +313,7 @@ MISTAKES = {
 def test_each_mistake_has_its_sentence_and_its_line(key):
     text, line, mentioned = MISTAKES[key]
     with pytest.raises(JobError) as caught:
-        parse(HEAD + text, "cell.toml")
+        parse_job(HEAD + text, "cell.toml")
     assert caught.value.key == key
     said = caught.value.message("en")
     assert mentioned in said
@@ -343,7 +343,7 @@ do = [ { name = "to", pose = { frame = "row" } } ]
     )
     from mafsil.job.solve import prepare
 
-    found = prepare(parse(text), text, Path())
+    found = prepare(parse_job(text), text, Path())
     assert isinstance(found, Refusal)
     said = found.explain()
     assert "to (row 2)" in said

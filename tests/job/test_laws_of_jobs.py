@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import combined, delayed, feedforward, inertia_gains, pid
+from mafsil.control import add_delay, combine, feedforward, inertia_gains, pid
 from mafsil.control.joints import EncoderLoop
 from mafsil.errors import InputError, JobError
-from mafsil.job import Run, bench_laws, parse, solve
+from mafsil.job import Run, bench_laws, parse_job, solve
 from mafsil.job.error_split import error_growth
 from mafsil.job.law_bench import CONDITIONS, LawStatus
 from mafsil.job.law_conditions import Condition, conditions
@@ -42,7 +42,7 @@ pause = 0.2
 
 def run(kind, gains="", friction="true"):
     text = JOB.format(kind=kind, gains=gains, friction=friction)
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     return found
 
@@ -80,7 +80,7 @@ joints = [0, -0.5, 0, -2.0, 0, 1.6, 0.8]
 [[move]]
 joints = [0.1, -0.4, 0.1, -1.9, 0.1, 1.7, 0.7]
 """
-    fallen, known = (solve(parse(text.format(kind=kind)), text, Path()) for kind in ("pid", "pd_gravity"))
+    fallen, known = (solve(parse_job(text.format(kind=kind)), text, Path()) for kind in ("pid", "pd_gravity"))
     (said,) = [remark for remark in fallen.remarks if remark.key == "job.empty_integral"]
     panda, q = mf.load("panda"), np.array([0, -0.5, 0, -2.0, 0, 1.6, 0.8])
     drop = np.linalg.solve(panda.mass_matrix(q), panda.gravity_torque(q))
@@ -103,7 +103,7 @@ def test_a_payload_of_the_simulation_hangs_at_the_tip_and_the_law_does_not_know_
 
 def test_a_delay_keeps_efforts_back():
     robot = mf.load("planar2r")
-    law = delayed(pid(2, [30.0, 20.0], [5.0, 3.0]), 0.003)
+    law = add_delay(pid(2, [30.0, 20.0], [5.0, 3.0]), 0.003)
     start = np.array([0.1, -0.2])
     late, now = (
         mf.simulate(Scenario(robot=robot, trajectory=rest(np.zeros(2), 0.2), law=each, q=start, qd=np.zeros(2)))
@@ -114,9 +114,9 @@ def test_a_delay_keeps_efforts_back():
     np.testing.assert_allclose(late.tau_commanded[:3], asked[[0, 0, 0]], atol=1e-9)
     assert np.abs(late.q - now.q).max() > 1e-6
     with pytest.raises(InputError, match="whole number"):
-        delayed(law.law, 0.0015).session(0.001)
+        add_delay(law.law, 0.0015).session(0.001)
     with pytest.raises(InputError, match="delay"):
-        delayed(law.law, -1.0)
+        add_delay(law.law, -1.0)
     in_job = run("pid", "delay = 0.004")
     assert in_job.recording
 
@@ -126,7 +126,7 @@ def test_the_bench_measures_what_each_law_bears():
     text = laid.format(kind="computed_torque", gains="", friction="false")
     robot, plan = planned(text)
     shares: list[float] = []
-    found = bench_laws(parse(text), text, robot, plan, ("computed_torque", "pd_gravity", "pid"), shares.append)
+    found = bench_laws(parse_job(text), text, robot, plan, ("computed_torque", "pd_gravity", "pid"), shares.append)
     assert found
     assert len(shares) == 3 * len(CONDITIONS)
     assert shares[-1] == 1.0
@@ -147,7 +147,7 @@ def test_the_bench_measures_what_each_law_bears():
     assert "2 of 5 conditions ended early" in lost, "nothing is worse than a run that ended"
     assert "pd_gravity" in repr(found)
     with pytest.raises(JobError, match="computed_torque"):
-        bench_laws(parse(text), text, robot, plan, ("magic",))
+        bench_laws(parse_job(text), text, robot, plan, ("magic",))
 
 
 def test_the_command_prints_a_row_for_each_law(tmp_path, capsys):
@@ -171,7 +171,7 @@ def test_feedforward_needs_feedback_and_helps_it_where_the_model_is_wrong():
     own = inertia_gains(robot, path.at(np.linspace(0, 0.6, 20)).u, 1e-3)
     joints, model = pid(6, own.kp, own.kd), feedforward(robot, friction=False)
     errors = []
-    for law in (model, joints, combined(model, joints)):
+    for law in (model, joints, combine(model, joints)):
         plant = Plant(arm, friction=False)
         run = mf.simulate(Scenario(robot=robot, plant=plant, trajectory=path, law=law, saturate=False))
         assert run
@@ -196,7 +196,7 @@ def test_stability_is_looked_at_along_the_run():
     hard = 'kind = "model_predictive"\nfrequency = 3000\nhorizon = 3\ninterval = 0.0005'
     wild = text.replace('kind = "pd_gravity"', hard)
     wild = wild.replace("[simulation]", "[simulation]\nstep = 0.005")
-    found = solve(parse(wild), wild, Path())
+    found = solve(parse_job(wild), wild, Path())
     assert growth_along(found.job, found.driven[0]).factor > 1.0
 
 
@@ -209,7 +209,7 @@ def test_the_growth_of_errors_is_that_of_two_runs_that_begin_side_by_side(kind, 
     gains = {"pd_gravity": "kp = 1500\nkd = 60", "sliding_mode": "width = 0.1"}.get(kind, "")
     text = JOB.format(kind=kind, gains=f"{gains}\ndelay = {0.001 * late}", friction="false")
     text = text.replace("[[move]]\njoints = [0.4, -0.3, 0.5, 0.3, -0.4, 0.5]\n", f"[start]\njoints = {q.tolist()}\n")
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     factor, _ = growth_along(found.job, found.driven[0])
     scenario = replace(found.driven[0].scenario, saturate=False)
     aside = 1e-5 * np.random.default_rng(5).normal(size=(40, 6))
@@ -244,7 +244,7 @@ kind = "{kind}"
 [[move]]
 joints = [0.6, 0.5, -0.6, -1.5, 0.6, 1.4, -0.5]
 """
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     held = conditions(found)
     assert held[0].name == "sampled"
@@ -282,7 +282,7 @@ pick = "box"
 [[move]]
 pause = 0.1
 """
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     tape, taken = found.recording, found.driven[1].stretch.start
     k = int(np.searchsorted(tape.t, taken - 1e-9))
@@ -306,7 +306,7 @@ joints = [0.3, 0.8]
 [[move]]
 joints = [0.4, 0.7]
 """
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     said = [remark for remark in found.remarks if remark.key == "simulation.alternates"]
     assert len(said) == (width < 1e-3)
@@ -355,7 +355,7 @@ damping = 50
 [[move]]
 joints = {goal}
 """
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     named = {each.name: each for each in conditions(found)}
     assert ("learned" in named) == (height > 0.0)
@@ -379,13 +379,13 @@ def test_a_job_has_encoders_before_its_law_and_errors_of_their_size():
     text = JOB.format(kind="computed_torque", gains="delay = 0.001", friction="false")
     text = text.replace("[[move]]\npause", 'profile = "quintic"\n[[move]]\npause')
     coarse = text.replace("friction = false", "friction = false\nnoise = { resolution = 1e-3, filter_time = 0.002 }")
-    runs = [solve(parse(each), each, Path()) for each in (text, coarse)]
+    runs = [solve(parse_job(each), each, Path()) for each in (text, coarse)]
     law = runs[1].driven[0].scenario.law
     assert isinstance(law.law, EncoderLoop), "the delay is behind the law, the encoders before it"
     assert (float(law.law.resolution), law.law.filter_time) == (1e-3, 0.002)
     errors = [np.abs(each.recording.q_ref - each.recording.q).max() for each in runs]
     assert errors[0] < 2e-4 < errors[1] < 5e-3
     factors = [
-        growth_along(parse(each), found.driven[0]).factor for each, found in zip((text, coarse), runs, strict=True)
+        growth_along(parse_job(each), found.driven[0]).factor for each, found in zip((text, coarse), runs, strict=True)
     ]
     assert factors[0] == pytest.approx(factors[1]), "steps have no slope: small errors are those of the law itself"

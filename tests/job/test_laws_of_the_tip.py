@@ -13,7 +13,7 @@ from mafsil.control.contact import CombinedEnvironment, TipForceSensor
 from mafsil.control.laws import TipOfJoints
 from mafsil.control.laws.task_dynamics import null_space_feedback
 from mafsil.errors import JobError
-from mafsil.job import Run, bench_laws, parse, solve, solve_file
+from mafsil.job import Run, bench_laws, parse_job, solve, solve_file
 from mafsil.job.judgement import summary
 from mafsil.job.laws import KINDS
 from mafsil.messages import say
@@ -50,7 +50,7 @@ pose = {{{{ position = [0.5, 0.1, {-DEPTH}], rpy = [3.14159265358979, 0, 0] }}}}
 
 def run(kind, gains="", plant="mafsil"):
     text = PRESSING.format(kind=kind, gains=gains, plant=plant)
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     return found
 
@@ -107,7 +107,7 @@ def test_arms_of_more_and_fewer_joints_have_laws_of_the_tip(robot):
     for kind in ("impedance", "admittance", "task_computed_torque"):
         text = f'robot = "{robot}"\n[controller]\nkind = "{kind}"\n[start]\njoints = {[x + 0.2 for x in goal]}\n'
         text += f"[simulation]\nfriction = false\nsettle = 1.0\n[[move]]\njoints = {goal}\n"
-        found = solve(parse(text), text, Path())
+        found = solve(parse_job(text), text, Path())
         assert isinstance(found, Run)
         assert found.status.succeeded, found.explain()
         assert found.recording.contact_wrench is None
@@ -154,7 +154,7 @@ def test_what_cannot_be_pressed_is_refused(old, new, word):
     text = PRESSING.format(kind="hybrid", gains="normal_force = 5", plant="mafsil")
     assert old in text
     with pytest.raises(JobError) as caught:
-        parse(text.replace(old, new))
+        parse_job(text.replace(old, new))
     assert word in caught.value.message("en")
     assert caught.value.message("ar") != caught.value.message("en")
 
@@ -164,7 +164,7 @@ def test_the_bench_compares_contact_forces():
     text = PRESSING.format(kind="hybrid", gains="normal_force = 5", plant="mafsil").replace(
         "settle = 1.5", "settle = 0.2"
     )
-    job, (robot, plan) = parse(text), planned(text)
+    job, (robot, plan) = parse_job(text), planned(text)
     found = bench_laws(job, text, robot, plan, ("hybrid", "pd_gravity"))
     forces = {each.kind: each.peak_force for each in found}
     assert 4.0 < forces["hybrid"] < 20.0
@@ -173,7 +173,7 @@ def test_the_bench_compares_contact_forces():
     assert all(len(row) == len(head) for row in rows)
     free = text.replace('kind = "hybrid"\nnormal_force = 5', "")
     free = free[: free.index("[[surface]]")] + free[free.index("[[move]]") :]
-    job, (robot, plan) = parse(free), planned(free)
+    job, (robot, plan) = parse_job(free), planned(free)
     with pytest.raises(JobError, match="surface"):
         bench_laws(job, free, robot, plan, ("hybrid",))
 
@@ -233,7 +233,7 @@ pause = 0.2
 @pytest.mark.parametrize("kind", ["stiffness = 2e4\ndamping = 150", "rigid = true"])
 def test_hybrid_control_presses_on_every_surface_that_the_plan_is_on(kind):
     text = CORNER.replace("KIND", kind)
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     assert found.status.succeeded, found.explain()
     tape, legs = found.recording, [leg.trajectory.duration for leg in found.plan.legs]

@@ -10,9 +10,9 @@ import pytest
 
 import mafsil as mf
 from mafsil.job.equipment import Equipment
-from mafsil.job.limiting import DECIDES, MORE, labels_of, limits_of_cycle, most_used, named, would_save
+from mafsil.job.limiting import DECIDES, MORE, labels_of, limits_of_cycle, most_used, name_limit, would_save
 from mafsil.job.move_planner import plan
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.messages.quantities import quantity
 from tests.job.test_job_planning import planned
 
@@ -58,7 +58,7 @@ def cycle_with(text=TEXT, robot=None):
     if robot is None:
         _, again = planned(text)
     else:
-        job = parse(text)
+        job = parse_job(text)
         again = plan(job, (Equipment(None, job.tool, robot, np.eye(4), np.eye(4)),), text=text)
     assert again.legs
     return again.duration
@@ -120,7 +120,7 @@ def test_the_most_precious_limit_is_among_the_findings(job):
     robot, found, limits = job
     (remark,) = would_save(robot, limits, found.duration)
     assert remark.details["saved"] == quantity(limits[0].saved, "s")
-    best = named(robot, limits[0].quantity, limits[0].joint)
+    best = name_limit(robot, limits[0].quantity, limits[0].joint)
     assert best.explain(language="en") in remark.sentence("en")
     assert remark.sentence("ar") != remark.sentence("en")
     assert would_save(robot, limits, 1e3 * limits[0].saved) == would_save(robot, (), 1.0) == []

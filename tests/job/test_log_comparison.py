@@ -13,7 +13,7 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.errors import FileError, InputError
 from mafsil.job.log_comparison import compare_with_log, positions
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.solve import prepare
 from tests.sizes import few
 
@@ -32,7 +32,7 @@ def job_of(robot):
 @cache
 def planned(robot):
     text = job_of(robot)
-    return parse(text), *prepare(parse(text), text, Path())
+    return parse_job(text), *prepare(parse_job(text), text, Path())
 
 
 def log(path, robot, plan, kind, rng, *, begin=0.5, offset=0.0, degrees=False, off=0.0):

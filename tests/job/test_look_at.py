@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mafsil.errors import JobError
-from mafsil.job import parse
+from mafsil.job import parse_job
 from mafsil.job.poses import facing
 from mafsil.job.solve import prepare
 
@@ -30,7 +30,7 @@ def test_z_points_there_and_x_is_level(direction: tuple[float, float, float]) ->
 
 def reached(move: str, top: str = "") -> np.ndarray:
     text = HEAD.format(top=top) + move
-    found = prepare(parse(text), text, Path())
+    found = prepare(parse_job(text), text, Path())
     assert isinstance(found, tuple)
     leg = found[1].legs[0]
     return np.asarray(leg.load.robot.forward_kinematics(leg.trajectory.at(leg.trajectory.duration).u))

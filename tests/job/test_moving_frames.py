@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import JobError
 from mafsil.geometry import rotation
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.job.solve import prepare
 
 BELT = """
@@ -99,7 +99,7 @@ outputs = [{ distance = -20, set = { glue = false } }, { after = 0.1, set = { gu
 
 
 def planned(text):
-    found = prepare(parse(text, "job.toml"), text, Path())
+    found = prepare(parse_job(text, "job.toml"), text, Path())
     return found if isinstance(found, Refusal) else found[1]
 
 
@@ -154,7 +154,7 @@ def test_a_part_on_a_belt_is_not_picked_from_where_the_belt_is_not():
 
 
 def test_an_arm_that_is_driven_on_a_belt_grips_there():
-    run = solve(parse(BELT, "job.toml"), BELT, Path())
+    run = solve(parse_job(BELT, "job.toml"), BELT, Path())
     assert isinstance(run, Run)
     assert run, run.explain("en")
     assert not any(remark.level == "failure" for remark in run.remarks)
@@ -189,7 +189,7 @@ def test_what_does_not_go_with_a_moving_frame_is_refused(old, new, said):
 )
 def test_wrong_moving_frames_are_refused_with_their_line(old, new, said):
     with pytest.raises(JobError, match=r"job\.toml:") as caught:
-        parse(BELT.replace(old, new, 1), "job.toml")
+        parse_job(BELT.replace(old, new, 1), "job.toml")
     assert said in str(caught.value)
 
 
@@ -216,7 +216,7 @@ def test_outputs_on_the_way_change_at_their_places():
 )
 def test_wrong_outputs_on_the_way_are_refused_with_their_line(old, new, said):
     with pytest.raises(JobError, match=r"job\.toml:") as caught:
-        parse(GLUE.replace(old, new, 1), "job.toml")
+        parse_job(GLUE.replace(old, new, 1), "job.toml")
     assert said in str(caught.value)
 
 
@@ -228,15 +228,15 @@ def test_an_output_beyond_its_path_is_refused():
 
 def test_the_force_of_a_process_pushes_during_its_move_alone():
     known = GLUE.replace("blend = 10\n", "process_wrench = [0, 0, 0, 0, 0, -40]\n")
-    held = solve(parse(known, "job.toml"), known, Path())
+    held = solve(parse_job(known, "job.toml"), known, Path())
     assert np.abs(held.recording.q - held.recording.q_ref).max() < 5e-4
     text = known.replace("process_wrench", "process_known = false\nprocess_wrench", 1)
-    run = solve(parse(text, "job.toml"), text, Path())
+    run = solve(parse_job(text, "job.toml"), text, Path())
     off = np.abs(run.recording.q - run.recording.q_ref).max(axis=1)
     end = run.plan.starts[1]
     assert off[(run.recording.t > 0.3) & (run.recording.t < end)].max() > 1e-2
     assert off[run.recording.t > end + 0.5].max() < 2e-4
-    still = solve(parse(GLUE, "job.toml"), GLUE, Path())
+    still = solve(parse_job(GLUE, "job.toml"), GLUE, Path())
     assert np.abs(still.recording.q - still.recording.q_ref).max() < 2e-4
 
 
@@ -274,7 +274,7 @@ joints = [1500, 200, 0, -90, 90, -90, -90, 0]
 
 
 def test_an_arm_on_two_linear_axes_reaches_along_them_within_their_limits():
-    run = solve(parse(TRACK, "job.toml"), TRACK, Path())
+    run = solve(parse_job(TRACK, "job.toml"), TRACK, Path())
     assert run, run.explain("en")
     assert run.robot.joint_names[:2] == ("track", "track_2")
     end = run.robot.forward_kinematics(run.plan.legs[-2].trajectory.at(99.0).u)
@@ -292,5 +292,5 @@ def test_an_arm_on_two_linear_axes_reaches_along_them_within_their_limits():
 )
 def test_wrong_tracks_are_refused_with_their_line(old, new, said):
     with pytest.raises(JobError, match=r"job\.toml:") as caught:
-        parse(TRACK.replace(old, new, 1), "job.toml")
+        parse_job(TRACK.replace(old, new, 1), "job.toml")
     assert said in str(caught.value)

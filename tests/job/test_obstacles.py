@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.collision import Checker, Reason
+from mafsil.collision import Checker, SkipReason
 from mafsil.errors import JobError
 from mafsil.job import solve
 from mafsil.job.judgement import summary
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
 from mafsil.job.solve import prepare
@@ -26,7 +26,7 @@ HERE = Path()
 
 
 def solved(text: str) -> Run | Refusal:
-    return solve(parse(text), text, HERE)
+    return solve(parse_job(text), text, HERE)
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +132,7 @@ position = [0, 0, -2]
 [[move]]
 pause = 0.1
 """
-    run = solve(parse(text), text, tmp_path)
+    run = solve(parse_job(text), text, tmp_path)
     assert isinstance(run, Run)
     assert run.plan.surroundings is not None
     cylinder, capsule, sphere, cloud, ground = run.plan.surroundings.scene
@@ -179,7 +179,7 @@ planner = "PLANNER"
 def test_a_move_has_its_own_clearance_and_planner(planner):
     """Also planners whose best way keeps just the clearance: what they find is not refused afterwards."""
     text = PER_MOVE.replace("PLANNER", planner)
-    _, motion = prepare(parse(text), text, Path())
+    _, motion = prepare(parse_job(text), text, Path())
     leg = motion.legs[0]
     assert leg.clearance == 0.05
     assert leg.way.plan.planner == planner
@@ -195,7 +195,7 @@ def test_a_move_has_its_own_clearance_and_planner(planner):
 def test_report_and_results_have_the_account_and_the_clearance_over_time():
     line = '[[move]]\npose = { relative = "space", position = [0, 0, 0.05] }\npath = "line"\nclearance = 0.0\n'
     text = PER_MOVE.replace("PLANNER", "rrt_connect") + line
-    run = solve(parse(text), text, Path())
+    run = solve(parse_job(text), text, Path())
     data = as_data(run, summary(run))
     way = data["steps"][0]["way_round"]
     assert way["planner"] == "rrt_connect"
@@ -222,14 +222,14 @@ def test_report_and_results_have_the_account_and_the_clearance_over_time():
 def test_wrong_planners_and_clearances_are_named(move, key):
     text = PER_MOVE.replace('clearance = 0.05\nplanner = "PLANNER"', move)
     with pytest.raises(JobError) as caught:
-        parse(text, "job.toml")
+        parse_job(text, "job.toml")
     assert caught.value.key == key
     assert "job.toml:1" in caught.value.message("ar")
 
 
 def test_clearances_of_moves_are_lengths_of_the_file():
     text = 'robot = "panda"\nlengths = "millimetres"\n[[move]]\njoints = [0, 0, 0, -1.5, 0, 1.5, 0]\nclearance = 20\n'
-    assert parse(text).move[0].clearance == pytest.approx(0.02)
+    assert parse_job(text).move[0].clearance == pytest.approx(0.02)
 
 
 def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
@@ -237,26 +237,26 @@ def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
     robot = Path(__file__).parents[2] / "examples" / "robots" / "ur5.urdf"
     text = f"robot = '{robot}'\n[collision]\nclearance = 0.02\n[start]\njoints = [0.3, -1.9, 1.9, -1.6, -1.6, 0]\n"
     text += "[[move]]\njoints = [0.5, -1.9, 1.9, -1.6, -1.6, 0]\n"
-    _, plan = prepare(parse(text), text, Path())
+    _, plan = prepare(parse_job(text), text, Path())
     (said,) = (remark for remark in plan.remarks if remark.key == "job.always_near")
     strict = text.replace("clearance = 0.02\n", "clearance = 0.02\nself_clearance = 0.02\n")
-    refused = prepare(parse(strict), strict, Path())
+    refused = prepare(parse_job(strict), strict, Path())
     assert isinstance(refused, Refusal)
     for language in ("en", "ar"):
         assert "wrist_1 - wrist_3" in said.sentence(language)
         assert "wrist_1" in refused.explain(language)
         assert "self_clearance" in refused.explain(language)
     nearer = text.replace("0.02", "0.009")
-    assert not isinstance(prepare(parse(nearer), nearer, Path()), Refusal)
+    assert not isinstance(prepare(parse_job(nearer), nearer, Path()), Refusal)
     allowed = text.replace("clearance = 0.02\n", "clearance = 20\nself_clearance = 5\n")
     allowed = "lengths = 'millimetres'\n" + allowed
-    run = solve(parse(allowed), allowed, Path())
+    run = solve(parse_job(allowed), allowed, Path())
     assert isinstance(run, Run)
     assert run.plan.surroundings is not None
     checker = run.plan.surroundings.checker(run.plan.legs[0].load)
     assert (checker.clearance, checker.self_clearance) == (pytest.approx(0.02), pytest.approx(0.005))
     touching = allowed.replace("self_clearance = 5", "self_clearance = 12")
-    assert isinstance(prepare(parse(touching), touching, Path()), Refusal)
+    assert isinstance(prepare(parse_job(touching), touching, Path()), Refusal)
 
 
 CELL = """
@@ -301,7 +301,7 @@ def test_meshes_cones_and_pairs_that_are_left_out(tmp_path: Path) -> None:
     threes = ["\n".join(rows[k : k + 3]) for k in (0, 3, 6, 9)]
     loops = [f"facet normal 0 0 0\nouter loop\n{three}\nendloop\nendfacet" for three in threes]
     (tmp_path / "casting.stl").write_text("\n".join(["solid casting", *loops, "endsolid casting"]))
-    run = solve(parse(CELL), CELL, tmp_path)
+    run = solve(parse_job(CELL), CELL, tmp_path)
     assert isinstance(run, Run)
     assert run, run.explain("en")
     assert "casting" in run.explain("en")
@@ -310,7 +310,7 @@ def test_meshes_cones_and_pairs_that_are_left_out(tmp_path: Path) -> None:
     kinds = [type(each.geometry).__name__ for each in around.obstacles]
     assert kinds == ["ConvexHull", "TriangleMesh", "Cone"]
     checker = around.checker(run.plan.legs[0].load)
-    listed = [(each.first, each.second) for each in checker.skipped if each.reason is Reason.LISTED]
+    listed = [(each.first, each.second) for each in checker.skipped if each.reason is SkipReason.LISTED]
     assert listed == [("link1", "link3")]
     hull, sheet, hopper = (body.solids[0] for body, _ in replay_scene(run).fixed)
     for solid, count in ((hull, 4), (sheet, 4), (hopper, 46)):
@@ -329,7 +329,7 @@ def test_meshes_cones_and_pairs_that_are_left_out(tmp_path: Path) -> None:
     }
     for text, sentence in wrong.items():
         with pytest.raises(mf.MafsilError, match=sentence):
-            solve(parse(text), text, tmp_path)
+            solve(parse_job(text), text, tmp_path)
 
 
 @pytest.mark.capability("11-39")
@@ -337,11 +337,11 @@ def test_bodies_that_meet_where_the_robot_is_known_to_be_free_are_named_and_left
     robot = Path(__file__).parents[2] / "examples" / "robots" / "ur5.urdf"
     text = f"robot = '{robot}'\n[start]\njoints = [0.3, -1.9, 2.9, -1.6, -1.6, 0]\n[collision]\nknown_free = false\n"
     text += "[[move]]\njoints = [0.5, -1.9, 1.9, -1.6, -1.6, 0]\n"
-    refused = prepare(parse(text), text, Path())
+    refused = prepare(parse_job(text), text, Path())
     assert isinstance(refused, Refusal)
     assert "upper_arm hits wrist_3" in refused.explain("en")
     resting = text.replace("known_free = false", "known_free = true")
-    run = solve(parse(resting), resting, Path())
+    run = solve(parse_job(resting), resting, Path())
     assert isinstance(run, Run)
     remark = next(each for each in run.plan.remarks if each.key == "job.rest_pairs")
     assert remark.level == "warning"

@@ -12,7 +12,7 @@ from mafsil.errors import FileError, JobError
 from mafsil.job.clearances import clearances
 from mafsil.job.judgement import summary
 from mafsil.job.placed_parts import Stay
-from mafsil.job.reading import parse, read
+from mafsil.job.reading import parse_job, read_job
 from mafsil.job.remark import Refusal
 from mafsil.job.solve import prepare, solve
 from mafsil.planning import TimedArm
@@ -45,13 +45,13 @@ joints = [180, -35, 60, -25, -90, 0]
 
 
 def planned(text):
-    return prepare(parse(text), text, Path())
+    return prepare(parse_job(text), text, Path())
 
 
 @pytest.fixture(scope="module")
 def run():
     text = EXAMPLE.read_text("utf-8")
-    return solve(read(EXAMPLE), text, EXAMPLE.parent)
+    return solve(read_job(EXAMPLE), text, EXAMPLE.parent)
 
 
 @pytest.mark.capability("11-45", "11-46")
@@ -166,7 +166,7 @@ def test_a_robot_that_is_not_known_is_named_with_the_line_that_names_it():
 
 def test_lengths_and_files_of_other_robots():
     text = HEAD.replace('angles = "degrees"', 'angles = "degrees"\nlengths = "millimetres"').replace("0.01", "10")
-    job = parse(text + RIGHT.replace("[1.2, 0, 0]", "[1200, 0, 0]"))
+    job = parse_job(text + RIGHT.replace("[1.2, 0, 0]", "[1200, 0, 0]"))
     assert job.other_robot[0].position == (1.2, 0.0, 0.0)
 
 
@@ -178,7 +178,7 @@ def test_pairs_of_another_robot_are_left_out_by_its_file_or_by_name(tmp_path):
 
     def solved(more):
         text = HEAD + beside.format(more)
-        return prepare(parse(text), text, tmp_path)
+        return prepare(parse_job(text), text, tmp_path)
 
     assert not solved("")
     assert solved('srdf = "touching.srdf"\n')
@@ -246,7 +246,7 @@ joints = [100, -60, 60, -25, -90, 0]
 
 @pytest.fixture(scope="module")
 def talk():
-    found = solve(parse(TALK), TALK, Path())
+    found = solve(parse_job(TALK), TALK, Path())
     assert found, found.explain("en")
     return found
 
@@ -384,7 +384,7 @@ def test_who_stands_in_the_way_after_a_hand_shake_is_named():
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_wrong_signals_of_other_robots_are_named(key, change, language):
     with pytest.raises(JobError) as caught:
-        parse(TALK.replace(*change))
+        parse_job(TALK.replace(*change))
     assert caught.value.key == key
     assert "<text>:" in caught.value.message(language)
 

@@ -9,7 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import JobError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 
 HEAD = """
 robot = "puma560"
@@ -35,7 +35,7 @@ place = true
 
 
 def solved(text: str) -> Run:
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run)
     return found
 
@@ -57,7 +57,7 @@ def test_a_part_by_name_moves_as_a_body_of_its_inertia():
 def test_millimetres_are_metres():
     text = HEAD.replace("robot =", 'lengths = "millimetres"\nrobot =').replace("[0.1, 0.06, 0.04]", "[100, 60, 40]")
     text = text.replace("[0, 0, 0.05]", "[0, 0, 50]").replace("[0.02, -0.01, 0.005]", "[20, -10, 5]")
-    own, other = (parse(each + MOVES).move[0].pick for each in (HEAD, text))
+    own, other = (parse_job(each + MOVES).move[0].pick for each in (HEAD, text))
     assert own is not None
     assert other is not None
     np.testing.assert_allclose([*own.size, *own.offset, *own.com], [*other.size, *other.offset, *other.com])
@@ -76,4 +76,4 @@ def test_millimetres_are_metres():
 )
 def test_what_is_wrong_with_a_part_is_said(before, after, said):
     with pytest.raises(JobError, match=said):
-        parse((HEAD + MOVES).replace(before, after))
+        parse_job((HEAD + MOVES).replace(before, after))

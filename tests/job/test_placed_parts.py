@@ -9,7 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Box, Checker, Obstacle, Scene
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.job.clearances import clearances
 from mafsil.job.solve import prepare
 from mafsil.messages.quantities import quantity
@@ -67,12 +67,12 @@ joints = [1.2, 0.8, 0.3]
 
 def planned(text, avoid="false"):
     text = text.replace("AVOID", avoid)
-    return prepare(parse(text), text, Path())
+    return prepare(parse_job(text), text, Path())
 
 
 def ended(text):
     text = text.replace("AVOID", "false")
-    found = solve(parse(text), text, Path())
+    found = solve(parse_job(text), text, Path())
     assert isinstance(found, Run), found
     return found
 

@@ -10,7 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import FileError, JobError, MafsilError
 from mafsil.geometry import rotation
-from mafsil.job import parse
+from mafsil.job import parse_job
 from mafsil.job.solve import prepare
 
 HEAD = 'robot = "ur5e"\n{top}\n[start]\njoints = {start}\n[pattern.seam]\n{pattern}\n'
@@ -25,7 +25,7 @@ def written(path: Path, points: np.ndarray, head: str = "x,y,z") -> None:
 
 
 def legs(text: str, folder: Path):
-    found = prepare(parse(text, folder=folder), text, folder)
+    found = prepare(parse_job(text, folder=folder), text, folder)
     assert isinstance(found, tuple), found
     return found[1].legs
 
@@ -122,7 +122,7 @@ def test_what_asks_for_two_things_is_refused(pattern: str, move: str, key: str, 
     written(tmp_path / "one.csv", POINTS[:1])
     text = HEAD.format(top="", start=START, pattern=pattern) + move % DOWN
     with pytest.raises(JobError) as caught:
-        parse(text, folder=tmp_path)
+        parse_job(text, folder=tmp_path)
     assert caught.value.key == key
 
 

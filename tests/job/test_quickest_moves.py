@@ -7,7 +7,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.job.planned_remarks import driving_limits
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.trajectory import check
 from tests.job.test_job_planning import PANDA, SLOW, VIA, complaint, planned, refused
 
@@ -24,7 +24,7 @@ def leg_of(text):
 @pytest.mark.parametrize("goal", [POINTS, THROUGH, LINE])
 def test_the_shortest_time_keeps_all_limits_and_beats_every_law(goal):
     robot, plan, motion = leg_of(PANDA + f'[[move]]\n{goal}profile = "time_optimal"\n')
-    limits, _ = driving_limits(parse(PANDA + f"[[move]]\n{goal}"), robot)
+    limits, _ = driving_limits(parse_job(PANDA + f"[[move]]\n{goal}"), robot)
     assert check(motion, limits, tolerance=1e-6)
     t = np.linspace(0.0, motion.duration, 20001)
     u = motion.at(t)
@@ -49,7 +49,7 @@ def test_a_nearly_singular_line_is_as_quick_as_it_can_be():
     """A smooth law along the same line takes up to twice as long; TOPP-RA, on a grid, 1.29 s."""
     robot, _, motion = leg_of(SLOW + 'profile = "time_optimal"\n')
     assert 1.2 < motion.duration < 1.29
-    limits, _ = driving_limits(parse(SLOW), robot)
+    limits, _ = driving_limits(parse_job(SLOW), robot)
     assert check(motion, limits, tolerance=1e-6)
 
 
@@ -57,7 +57,7 @@ def test_a_nearly_singular_line_is_as_quick_as_it_can_be():
 def test_limited_jerk_is_limited(goal):
     text = PANDA + f'[limits]\njerk = 60\n[[move]]\n{goal}profile = "jerk_limited"\n'
     robot, _, motion = leg_of(text)
-    limits, _ = driving_limits(parse(text), robot)
+    limits, _ = driving_limits(parse_job(text), robot)
     assert np.isfinite(limits.jerk).all()
     assert check(motion, limits, tolerance=1e-6)
     if goal is not THROUGH:

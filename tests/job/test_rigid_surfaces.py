@@ -9,7 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import JobError
-from mafsil.job import parse, solve
+from mafsil.job import parse_job, solve
 from mafsil.job.law_conditions import conditions
 
 JOB = """
@@ -39,7 +39,7 @@ pose = { position = [0.5, 0.1, -0.01], rpy = [180, 0, 0] }
 
 @pytest.mark.capability("10-68", "10-69")
 def test_a_tip_that_is_moved_into_a_rigid_floor_bounces_and_rests_on_it():
-    run = solve(parse(JOB), JOB, Path())
+    run = solve(parse_job(JOB), JOB, Path())
     found = run.recording.metadata["rigid_contact"]
     assert found["impacts"] > 1
     assert found["closures"] >= 1
@@ -72,7 +72,7 @@ def test_a_tip_that_is_moved_into_a_rigid_floor_bounces_and_rests_on_it():
 )
 def test_what_does_not_go_with_a_rigid_surface_is_refused_where_it_stands(old, new, key):
     with pytest.raises(JobError, match=key):
-        parse(JOB.replace(old, new, 1))
+        parse_job(JOB.replace(old, new, 1))
 
 
 ROUGH = """
@@ -102,7 +102,7 @@ duration = 0.4
 
 @pytest.mark.capability("10-94")
 def test_friction_of_a_rigid_surface_is_a_key_of_the_job_and_said_in_the_report():
-    run = solve(parse(ROUGH), ROUGH, Path())
+    run = solve(parse_job(ROUGH), ROUGH, Path())
     arm, found = mf.load("planar2r_point_masses"), run.recording.metadata["rigid_contact"]
     T = arm.forward_kinematics(run.recording.q)
     force = np.einsum("kij,kj->ki", T[:, :3, :3], run.recording.contact_wrench[:, 3:])
@@ -122,7 +122,7 @@ def test_friction_of_a_rigid_surface_is_a_key_of_the_job_and_said_in_the_report(
 def test_several_rigid_surfaces_of_a_job_hold_the_tip_in_their_corner():
     wall = "[[surface]]\npoint = [1.2, 0, 0]\nnormal = [-1, 0, 0]\nrigid = true\nfriction = 0.1\n\n[[move]]"
     text = ROUGH.replace("[[move]]", wall)
-    run = solve(parse(text), text, Path())
+    run = solve(parse_job(text), text, Path())
     found = run.recording.metadata["rigid_contact"]
     places = mf.load("planar2r_point_masses").forward_kinematics(run.recording.q)[:, :3, 3]
     assert places[:, 1].min() > 1.34 - 1e-11
@@ -156,7 +156,7 @@ duration = 0.4
 def test_a_law_that_feels_forces_meets_a_rigid_surface_presses_and_leaves_it(kind):
     law = 'kind = "hybrid"\nnormal_force = 15.0\nforce_integral = 20.0' if kind == "hybrid" else 'kind = "admittance"'
     text = FELT.replace("{law}", law)
-    run = solve(parse(text), text, Path())
+    run = solve(parse_job(text), text, Path())
     tape, found = run.recording, run.recording.metadata["rigid_contact"]
     assert tape
     T = mf.load("planar2r_point_masses").forward_kinematics(tape.q)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.errors import JobError
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.job.searching import StoppedMotion
 from mafsil.job.solve import prepare
 from mafsil.trajectory import quintic
@@ -79,12 +79,12 @@ pause = 2
 
 
 def planned(text):
-    found = prepare(parse(text, "job.toml"), text, Path())
+    found = prepare(parse_job(text, "job.toml"), text, Path())
     return found if isinstance(found, Refusal) else found[1]
 
 
 def driven(text):
-    return solve(parse(text, "job.toml"), text, Path())
+    return solve(parse_job(text, "job.toml"), text, Path())
 
 
 @given(st.floats(0.05, 1.8), st.floats(0.01, 0.3))
@@ -164,7 +164,7 @@ def test_searches_that_cannot_be_are_refused_with_their_move(text, old, new, sai
 )
 def test_wrong_keys_are_refused_with_their_line(text, old, new, said):
     with pytest.raises(JobError, match=r"job\.toml:") as caught:
-        parse(text.replace(old, new, 1), "job.toml")
+        parse_job(text.replace(old, new, 1), "job.toml")
     assert said in str(caught.value)
 
 

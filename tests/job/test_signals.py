@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from mafsil.cli.main import main
 from mafsil.errors import JobError
-from mafsil.job import Refusal, parse, solve
+from mafsil.job import Refusal, parse_job, solve
 from mafsil.job.cell_signals import CellSignals, holds
 from mafsil.job.judgement import summary
 from mafsil.job.solve import prepare
@@ -47,11 +47,11 @@ joints = [0.0, 0.4]
 
 
 def planned(text):
-    return prepare(parse(text, "job.toml"), text, Path())
+    return prepare(parse_job(text, "job.toml"), text, Path())
 
 
 def solved(text):
-    return solve(parse(text, "job.toml"), text, Path())
+    return solve(parse_job(text, "job.toml"), text, Path())
 
 
 @pytest.fixture(scope="module")
@@ -183,7 +183,7 @@ TEXTS |= {f'robot = "planar2r"\n{table}\n[[move]]\njoints = [0, 0]\n': key for t
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_wrong_moves_and_tables_are_named_with_their_line(text, language):
     with pytest.raises(JobError) as caught:
-        parse(text, "job.toml")
+        parse_job(text, "job.toml")
     assert caught.value.key == TEXTS[text]
     assert "job.toml:" in caught.value.message(language)
     assert "{" not in caught.value.message(language).replace("{ above", "")
@@ -202,7 +202,7 @@ def test_the_end_of_a_wait_is_the_first_tick_at_which_everything_holds(a, b, rep
     text = f'robot = "planar2r"\n[output]\no = false\n[input.f]\nfollows = "o"\nafter = 0.3\n[input.a]\n{_table(a)}\n'
     text += f"[input.b]\n{_table(b)}\n" + ("every = 2.0\n" if repeats else "")
     conditions = ", ".join(f"{name} = {_said(bool(wanted >> k & 1))}" for k, name in enumerate("abf"))
-    job = parse(f"{text}[[move]]\nwait = {{ {conditions} }}\ntimeout = 8\n")
+    job = parse_job(f"{text}[[move]]\nwait = {{ {conditions} }}\ntimeout = 8\n")
     signals = CellSignals(job, 0.01)
     for k, time in enumerate(sets):
         signals.put(time, {"o": k % 2 == 0})
@@ -255,7 +255,7 @@ def test_a_job_may_end_with_a_signal_and_no_rest():
 def test_the_conveyor_of_the_examples_waits_for_each_part():
     path = Path(__file__).parents[2] / "examples" / "jobs" / "conveyor_panda.toml"
     text = path.read_text(encoding="utf-8")
-    _, plan = prepare(parse(text, path.name), text, path.parent)
+    _, plan = prepare(parse_job(text, path.name), text, path.parent)
     for leg, end in zip(plan.legs, plan.starts[1:], strict=True):
         if leg.kind == "wait" and leg.name.startswith("part"):
             assert plan.signals.value("part_present", end) is True

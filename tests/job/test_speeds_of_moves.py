@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mafsil.errors import JobError
-from mafsil.job import parse
+from mafsil.job import parse_job
 from mafsil.job.plan import Plan
 from mafsil.job.solve import prepare
 
@@ -18,7 +18,7 @@ Q = np.array([0.3, -1.4, 1.5, -1.6, -1.5, 0.2])
 
 def planned(moves: str, limits: str = "", units: str = "", start: np.ndarray = Q) -> Plan:
     text = HEAD.format(units=units, limits=limits, start=start.tolist()) + moves
-    found = prepare(parse(text), text, Path())
+    found = prepare(parse_job(text), text, Path())
     assert isinstance(found, tuple)
     return found[1]
 

@@ -10,7 +10,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import InputError, JobError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.job.judgement import summary
 from mafsil.job.sweep import sweep
 
@@ -36,7 +36,7 @@ def test_each_case_is_the_job_with_its_values():
     assert seen[-1] == 1.0
     assert not found
     for case in found:
-        alone = solve(parse(JOB, variables=case.values), JOB, Path())
+        alone = solve(parse_job(JOB, variables=case.values), JOB, Path())
         if case.values["reach"] == 3.0:
             assert case.refusal is not None
             assert np.isnan(case.cycle)

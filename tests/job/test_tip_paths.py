@@ -7,7 +7,7 @@ import pytest
 
 from mafsil.geometry import pose
 from mafsil.job.planned_remarks import driving_limits
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.trajectory import check
 from tests.job.test_job_planning import PANDA, complaint, planned, refused
 
@@ -33,7 +33,7 @@ def moved(moves: str, leg: int = 1):
     """The robot, the limits, the tip's poses (k, 4, 4) and the times of one leg."""
     text = PANDA + START + moves
     robot, plan = planned(text)
-    limits, _ = driving_limits(parse(text), robot)
+    limits, _ = driving_limits(parse_job(text), robot)
     motion = plan.legs[leg].trajectory
     assert check(motion, limits, tolerance=1e-6)
     t = np.linspace(0.0, motion.duration, 4001)
@@ -102,7 +102,7 @@ def test_jerk_is_limited_on_every_path(moves):
     _, quick, _, _ = moved(moves.replace('path = "', 'profile = "time_optimal"\npath = "'))
     smooth = moves.replace('path = "', 'profile = "jerk_limited"\npath = "')
     robot, plan, _, t = moved(smooth)
-    limits, _ = driving_limits(parse(PANDA + START + smooth), robot)
+    limits, _ = driving_limits(parse_job(PANDA + START + smooth), robot)
     motion = plan.legs[1].trajectory
     assert (np.abs(motion.jerk(t)) / limits.jerk).max() <= 1 + 1e-6
     assert (np.abs(np.diff(motion.at(t).a, axis=0)) / (limits.jerk * t[1])).max() <= 1 + 1e-4

@@ -9,7 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import JobError
-from mafsil.job import Refusal, parse, solve
+from mafsil.job import Refusal, parse_job, solve
 from mafsil.job.solve import prepare
 from mafsil.report.replay import tool_tracks
 
@@ -49,7 +49,7 @@ pose = { position = [0.5, 0.2, 0.5], rpy = [3.1, 0, 0] }
 
 
 def solved(text):
-    return solve(parse(text, "job.toml"), text, Path())
+    return solve(parse_job(text, "job.toml"), text, Path())
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +160,7 @@ def test_what_is_wrong_with_tools_is_said(change, words):
 
 def test_tools_in_millimetres():
     text = TOOLS.replace('robot = "panda"', 'robot = "panda"\nlengths = "millimetres"') + "\n[[move]]\npause = 1\n"
-    job = parse(text.replace("size = [0.2, 0.06, 0.1]", "size = [200, 60, 100]"))
+    job = parse_job(text.replace("size = [0.2, 0.06, 0.1]", "size = [200, 60, 100]"))
     assert job.tools["short"].size == pytest.approx((0.2, 0.06, 0.1))
     assert job.tools["long"].com == pytest.approx((0, 0, 1e-4))
 
@@ -171,11 +171,11 @@ def test_an_offset_counts_from_the_flange_as_everywhere(name):
     arm = mf.load(name)
     q = 0.5 * (np.maximum(arm.limits.lower, -1.0) + np.minimum(arm.limits.upper, 1.5))
     text = f'robot = "{name}"\n[tool]\noffset = {{ position = [0.01, 0.02, 0.16] }}\n[[move]]\njoints = {q.tolist()}\n'
-    robot, _ = prepare(parse(text), text, Path())
+    robot, _ = prepare(parse_job(text), text, Path())
     tool = mf.Pose.of(mf.Rotation.identity(), [0.01, 0.02, 0.16])
     np.testing.assert_allclose(robot.forward_kinematics(q), arm.with_tool(tool).forward_kinematics(q), atol=1e-12)
     on_link = text.replace("[tool]", f'[tool]\nlink = "{arm.mechanism.tip}"')
-    robot, _ = prepare(parse(on_link), on_link, Path())
+    robot, _ = prepare(parse_job(on_link), on_link, Path())
     index = list(arm.mechanism.link_names).index(arm.mechanism.tip)
     expected = np.asarray(arm.link_poses(q))[index] @ np.asarray(tool)
     np.testing.assert_allclose(robot.forward_kinematics(q), expected, atol=1e-12)

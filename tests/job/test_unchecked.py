@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.job.judgement import summary
 from mafsil.job.solve import prepare
 from mafsil.report.contents import page
@@ -26,7 +26,7 @@ HIT = {"both": "job.nothing_hit", "others": "job.no_other_hit", "itself": "job.n
 
 
 def ended(text):
-    run = solve(parse(text), text, Path())
+    run = solve(parse_job(text), text, Path())
     assert isinstance(run, Run), run
     return run
 
@@ -99,7 +99,7 @@ def test_an_elbow_that_folds_into_the_shoulder_is_refused_by_default():
     """It was called planned, with "nothing is hit", for the check of the arm against itself was off."""
     text = HEAD.replace("[simulation]", "[collision]\nclearance = 0.01\n[simulation]") + TABLE
     text += "[[move]]\njoints = [0, -90, 175, -90, -90, 0]\n"
-    refused = solve(parse(text), text, Path())
+    refused = solve(parse_job(text), text, Path())
     assert isinstance(refused, Refusal)
     pair = {"upper_arm", "wrist_3"}
     for language in ("en", "ar"):
@@ -132,10 +132,10 @@ pose = { relative = "space", position = [0, 0, -0.2] }
 def test_the_tip_of_a_tool_reaches_a_table(above, free):
     """Its box ends 10 mm before the tip, and nothing else of the arm is beyond it."""
     probe = TOUCH.replace("HEIGHT", "-5")
-    _, plan = prepare(parse(probe), probe, Path())
+    _, plan = prepare(parse_job(probe), probe, Path())
     height = float(plan.legs[0].target[2, 3])
     text = TOUCH.replace("HEIGHT", repr(height - above - 0.05))
-    found = prepare(parse(text), text, Path())
+    found = prepare(parse_job(text), text, Path())
     assert isinstance(found, Refusal) != free
     if not free:
         assert "tool" in found.explain("en")

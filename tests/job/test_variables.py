@@ -8,7 +8,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import JobError
-from mafsil.job import parse
+from mafsil.job import parse_job
 
 JOB = """
 robot = "planar2r"
@@ -29,14 +29,14 @@ do = [ { joints = "$goal" }, { pose = "far" } ]
 
 
 def test_a_name_stands_for_its_value_wherever_it_is():
-    job = parse(JOB)
+    job = parse_job(JOB)
     assert job.controller.kind == "pid"
     assert job.move[0].joints == (0.3, 0.2)
     assert job.move[1].pose.position == (1.5, 0, 0), "in the unit of the place where it stands"
-    other = parse(JOB, variables={"reach": 1200.0})
+    other = parse_job(JOB, variables={"reach": 1200.0})
     assert other.move[3].pose.position == pytest.approx((1.2, 0, 0))
     assert other.variables["reach"] == 1200
-    assert parse(JOB.replace('title = "$', 'title = "')).title == ""
+    assert parse_job(JOB.replace('title = "$', 'title = "')).title == ""
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def test_a_name_stands_for_its_value_wherever_it_is():
 )
 def test_a_name_without_a_value_is_said_with_its_line(text, values, line):
     with pytest.raises(JobError) as caught:
-        parse(text, "cell.toml", values)
+        parse_job(text, "cell.toml", values)
     assert caught.value.key == "job.no_variable"
     assert caught.value.message("en").startswith(f"cell.toml:{line}:")
     assert caught.value.message("ar") != caught.value.message("en")
@@ -57,7 +57,7 @@ def test_a_name_without_a_value_is_said_with_its_line(text, values, line):
 
 def test_a_value_of_the_wrong_kind_is_refused_where_it_stands():
     with pytest.raises(JobError) as caught:
-        parse(JOB, "cell.toml", {"reach": "far"})
+        parse_job(JOB, "cell.toml", {"reach": "far"})
     assert "pose.far.position" in caught.value.message("en")
 
 
@@ -86,5 +86,5 @@ def test_the_command_line_sets_them(tmp_path, capsys):
 )
 def test_values_of_named_things_are_refused_by_their_names(text, place):
     with pytest.raises(JobError) as caught:
-        parse('robot = "panda"\n' + text + "\n[[move]]\npause = 1\n", "cell.toml")
+        parse_job('robot = "panda"\n' + text + "\n[[move]]\npause = 1\n", "cell.toml")
     assert place in caught.value.message("en")

@@ -15,7 +15,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import InputError, JobError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.job.arrival import arrival, goal_of
 from mafsil.job.solve import vary
 from mafsil.job.variation import CAUSES, SHARES
@@ -55,7 +55,7 @@ tolerance = { joints = 0.0011 }
 
 @cache
 def driven(text=JOB) -> Run:
-    run = solve(parse(text), text, Path())
+    run = solve(parse_job(text), text, Path())
     assert isinstance(run, Run)
     return run
 
@@ -205,19 +205,19 @@ def test_a_job_that_stops_is_not_varied():
 def test_wrong_tables_are_refused_with_their_line(table, line, word):
     text = f'robot = "planar2r"\n[variation]\n{table}\n[[move]]\njoints = [0.1, 0.1]\n'
     with pytest.raises(JobError, match=word) as caught:
-        parse(text)
+        parse_job(text)
     assert f"{line}" in str(caught.value)
 
 
 def test_negative_draws_are_refused():
     text = JOB.replace("payload = [0.0, 0.6]", "payload = { mean = 0.1, deviation = 1.0 }")
     with pytest.raises(InputError, match="payload"):
-        solve(parse(text), text, Path())
+        solve(parse_job(text), text, Path())
 
 
 def test_millimetres_are_converted():
     text = JOB.replace('robot = "planar2r"', 'robot = "planar2r"\nlengths = "millimetres"')
-    asked = parse(text).variation
+    asked = parse_job(text).variation
     assert asked.bound == pytest.approx(2e-5)
     assert asked.payload_offset == replace_mean(0.0, 2e-5)
     assert asked.payload == (0.0, 0.6)

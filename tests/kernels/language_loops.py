@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mafsil.kernels.loops import Held, compiled, hold, inlined, opened, reordered
+from mafsil.kernels.loops import Held, compiled, hold, inlined, open_held, reordered
 
 assert reordered
 assert hold
@@ -125,7 +125,7 @@ def complexes(z, w):
 
 @compiled
 def held(value: Held[Point], k: int) -> float:
-    p = opened(value)
+    p = open_held(value)
     p.row[k] = 2.0 * p.x
     return p.row.sum() + p.k
 

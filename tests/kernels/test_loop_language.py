@@ -15,7 +15,7 @@ from mafsil.kernels import runtime
 from mafsil.kernels.loops import compiled, hold, reordered
 from mafsil.kernels.loops.kinds import kind_of
 from mafsil.kernels.loops.loop import Loop
-from mafsil.kernels.loops.specialisation import specialised
+from mafsil.kernels.loops.specialisation import specialise
 from tests.kernels import language_loops as language
 
 
@@ -204,7 +204,7 @@ def test_loops_run_as_python_where_objects_lie_elsewhere(monkeypatch):
 )
 def test_vectors_are_filled_where_turns_are_a_constant_or_sums_may_be_reordered(loop, wide):
     row = kind_of(np.zeros(64))
-    lines = specialised(loop, (row, row)).module()[0].splitlines()
+    lines = specialise(loop, (row, row)).module()[0].splitlines()
     marks = [line.split("!llvm.loop ")[1] for line in lines if "!llvm.loop " in line]
     scalar = next(line.split(" = ")[0] for line in lines if '"llvm.loop.vectorize.enable", i1 false' in line)
     refused = [mark for mark in marks if any(line.startswith(f"{mark} = ") and scalar in line for line in lines)]

@@ -13,7 +13,7 @@ from mafsil.kernels.audit import Program, ulps
 from mafsil.kernels.layout import Port, Signature
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.reference import evaluate, exact
-from mafsil.kernels.schedule import scheduled
+from mafsil.kernels.schedule import schedule
 from mafsil.kernels.tape import BINARY, UNARY, Node, Tape, arguments, read
 from tests.sizes import few
 
@@ -176,7 +176,7 @@ def test_order_needs_few_values_at_once_and_groups_angles() -> None:
     for _ in range(5):
         chains = [c * c + x[0] for c in chains]
     total = sum(chains) + ex.dot(ex.sin(x), ex.ones(8))
-    tape = scheduled(read(ex.Function("f", [x], [total])))
+    tape = schedule(read(ex.Function("f", [x], [total])))
     alive, most, last = set[int](), 0, {}
     for i, node in enumerate(tape.nodes):
         for a in arguments(node):

@@ -120,7 +120,7 @@ def test_staged_rows_do_not_meet_in_one_set_of_the_nearest_cache(size: int, widt
 )
 def test_other_processors_have_no_trace_of_it(triple: str) -> None:
     """Their modules do without the stores and fences of x86-64, and are accepted by their back ends."""
-    machine = target.described(triple, "", "")
+    machine = target.describe_target(triple, "", "")
     ir = lower(reduce(read(spread((9,)))), ports((9,)), machine)
     assert not re.search(rf"{STREAM}|nontemporal|x86", ir)
     assert target.translate(ir, machine, "object")

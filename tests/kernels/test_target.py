@@ -25,7 +25,9 @@ ADD = "define double @f(double %x) { %y = fadd double %x, 1.0 ret double %y }"
     ],
 )
 def test_removed_features_take_their_dependents_along(changes: str, lanes: int, fma: bool, rounding: bool) -> None:
-    machine = target.emulate(target.described("x86_64-unknown-linux-gnu", "znver4", target.host().features), changes)
+    machine = target.emulate(
+        target.describe_target("x86_64-unknown-linux-gnu", "znver4", target.host().features), changes
+    )
     assert "+avx512" not in machine.features
     assert machine.lanes <= lanes
     assert not (machine.fma and not fma)

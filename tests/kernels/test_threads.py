@@ -102,4 +102,4 @@ def test_the_environment_and_the_caller_choose(monkeypatch):
         assert threads.available() == len(os.sched_getaffinity(0))
     for wrong in (0, -2, "x", None):
         with pytest.raises(InputError):
-            threads.checked(wrong)
+            threads.check_count(wrong)

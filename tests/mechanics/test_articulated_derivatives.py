@@ -9,10 +9,10 @@ import mafsil.expression as ex
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
 from mafsil.mechanics.articulated_derivatives import forward_derivatives
-from mafsil.mechanics.body_tree import lumped
+from mafsil.mechanics.body_tree import lump_bodies
 from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
+from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.quantities import dynamics_derivatives, mass_matrix
 from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics
 from mafsil.mechanics.wrench import ground_is_shorter
@@ -32,14 +32,14 @@ def without_followers(seed, helical):
     """A random tree none of whose joints follows another, the first from that seed on."""
     while True:
         mechanism = random_tree(np.random.default_rng(seed), most_joints=18, helical=helical)
-        if not lumped(mechanism).follows:
+        if not lump_bodies(mechanism).follows:
             return mechanism
         seed += 1
 
 
 def recursion(mechanism):
     """The recursion as a function of q, qd, tau and the tip wrench, and its arguments as symbols."""
-    tree = regrouped(in_chosen_frames(lumped(mechanism)))
+    tree = regroup(in_chosen_frames(lump_bodies(mechanism)))
     symbols = [ex.symbol(name, tree.n) for name in ("q", "qd", "tau")] + [ex.symbol("F", 6)]
     blocks = forward_derivatives(tree, *symbols)
     return ex.Function("derivatives", symbols, blocks), forward_dynamics(tree, *symbols), symbols
@@ -127,7 +127,7 @@ def branched_matrices(draw):
 def test_factored_along_any_tree(case):
     M, b = case
     factor = BranchFactor(ex.Expression(M))
-    x = np.array([float(ex.evalf(value)) for value in factor.solved([ex.Expression(float(v)) for v in b])])
+    x = np.array([float(ex.evalf(value)) for value in factor.solve([ex.Expression(float(v)) for v in b])])
     inverse = np.array([[float(ex.evalf(value)) for value in row] for row in factor.inverse()])
     scale = np.abs(np.linalg.inv(M)).max()
     np.testing.assert_allclose(x, np.linalg.solve(M, b), rtol=0, atol=1e-12 * scale)
@@ -138,7 +138,7 @@ def test_a_branch_that_nothing_drives_stays_a_structural_zero():
     """Two chains on one base: nothing of the one reaches the other."""
     M = ex.Expression([[2, 1, 0, 0], [1, 3, 0, 0], [0, 0, 2, 1], [0, 0, 1, 4]])
     factor = BranchFactor(M)
-    x = factor.solved([ex.Expression(1), ex.Expression(0), ex.Expression(0), ex.Expression(0)])
+    x = factor.solve([ex.Expression(1), ex.Expression(0), ex.Expression(0), ex.Expression(0)])
     assert [value.is_zero() for value in x] == [False, False, True, True]
     assert [value.is_zero() for value in factor.inverse()[2]] == [True, True, False, False]
 
@@ -146,7 +146,7 @@ def test_a_branch_that_nothing_drives_stays_a_structural_zero():
 @pytest.mark.parametrize("mechanism", [serial_chain(9, np.random.default_rng(1)), without_followers(40, helical=True)])
 def test_pairs_of_joints_in_either_frame(mechanism, monkeypatch):
     """d tau and M with every wrench in the ground frame, and from body to body."""
-    tree = regrouped(in_chosen_frames(lumped(mechanism)))
+    tree = regroup(in_chosen_frames(lump_bodies(mechanism)))
     symbols = [ex.symbol(name, tree.n) for name in ("q", "qd", "qdd")] + [ex.symbol("F", 6)]
     states = sample(mechanism, 3, np.random.default_rng(9))
     functions = []
@@ -163,6 +163,8 @@ def test_pairs_of_joints_in_either_frame(mechanism, monkeypatch):
 
 
 def test_the_ground_frame_is_chosen_for_long_chains_of_any_angles():
-    arms = [in_chosen_frames(lumped(library.load(name))) for name in ("panda", "ur5e", "iiwa7", "puma560")]
+    arms = [in_chosen_frames(lump_bodies(library.load(name))) for name in ("panda", "ur5e", "iiwa7", "puma560")]
     assert not any(ground_is_shorter(arm, wrenches=3, rows=1) for arm in arms)
-    assert ground_is_shorter(in_chosen_frames(lumped(serial_chain(20, np.random.default_rng(2)))), wrenches=1, rows=0)
+    assert ground_is_shorter(
+        in_chosen_frames(lump_bodies(serial_chain(20, np.random.default_rng(2)))), wrenches=1, rows=0
+    )

@@ -6,8 +6,8 @@ import pytest
 import mafsil.expression as ex
 from mafsil.arrays import frozen
 from mafsil.mechanics.articulated_body import articulated_body
-from mafsil.mechanics.body_tree import BodyTree, RigidInertia, lumped, rotation_onto
-from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped, without_rounding
+from mafsil.mechanics.body_tree import BodyTree, RigidInertia, lump_bodies, rotation_onto
+from mafsil.mechanics.frame_choice import in_chosen_frames, regroup, without_rounding
 from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
@@ -57,18 +57,18 @@ def efforts(tree: BodyTree, states: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_frames_and_grouping_leave_the_efforts_alone(seed: int) -> None:
-    tree = lumped(random_tree(seed))
+    tree = lump_bodies(random_tree(seed))
     states = np.random.default_rng(seed).uniform(-2, 2, (5, 3, tree.n))
     reference = efforts(tree, states)
     scale = np.abs(reference).max()
-    for other in (in_chosen_frames(tree), regrouped(tree), regrouped(in_chosen_frames(tree))):
+    for other in (in_chosen_frames(tree), regroup(tree), regroup(in_chosen_frames(tree))):
         np.testing.assert_allclose(efforts(other, states), reference, atol=1e-12 * scale, rtol=0)
 
 
 @pytest.mark.capability("09-62")
 @pytest.mark.parametrize("seed", SEEDS)
 def test_two_roads_to_the_acceleration(seed: int) -> None:
-    tree = regrouped(in_chosen_frames(lumped(random_tree(seed))))
+    tree = regroup(in_chosen_frames(lump_bodies(random_tree(seed))))
     q, qd, tau, F = (ex.symbol(name, size) for name, size in (("q", tree.n), ("qd", tree.n), ("tau", tree.n), ("F", 6)))
     M = ex.Function("M", [q], [mass_matrix(tree, q)])
     sample = M(np.ones(tree.n)).full()
@@ -88,16 +88,16 @@ def test_lengths_shrink_for_a_right_angled_arm() -> None:
     """What the choice of frames is for: fewer operations."""
     from mafsil.model import library
 
-    tree = lumped(library.load("puma560"))
+    tree = lump_bodies(library.load("puma560"))
     symbols = [ex.symbol(name, tree.n) for name in ("q", "qd", "qdd")]
 
     def count(of: BodyTree) -> int:
         return len(ex.Function("tau", symbols, [ex.cse(inverse_dynamics(of, *symbols))]).order)
 
-    assert count(regrouped(tree)) < 0.9 * count(tree)
-    skew = lumped(random_tree(3))
+    assert count(regroup(tree)) < 0.9 * count(tree)
+    skew = lump_bodies(random_tree(3))
     symbols = [ex.symbol(name, skew.n) for name in ("q", "qd", "qdd")]
-    assert count(regrouped(in_chosen_frames(skew))) < 0.9 * count(regrouped(skew))
+    assert count(regroup(in_chosen_frames(skew))) < 0.9 * count(regroup(skew))
 
 
 @pytest.mark.parametrize("axis", [*np.eye(3), *-np.eye(3), np.array([1e-9, 0, -1.0]), np.array([0.6, 0, -0.8])])
@@ -129,7 +129,7 @@ def test_inertia_moves_like_its_particles() -> None:
         return RigidInertia(masses.sum(), masses @ r, squares * np.eye(3) - np.einsum("k,ki,kj", masses, r, r))
 
     R, p = random_rotation(rng), rng.normal(size=3)
-    moved, direct = of_particles(points).moved(R, p), of_particles(points @ R.T + p)
+    moved, direct = of_particles(points).in_frame(R, p), of_particles(points @ R.T + p)
     np.testing.assert_allclose(moved.h, direct.h, atol=1e-13)
     np.testing.assert_allclose(moved.I, direct.I, atol=1e-12)
     com = masses @ points / masses.sum()

@@ -130,12 +130,13 @@ def test_what_takes_lines_alone_says_so() -> None:
     """Refused by name: nothing is computed with the linear part of a curve."""
     robot = Robot(mjcf.read(KNEE))
     for task in (
-        lambda: Checker(robot, radius=0.02), lambda: mf.mobility(robot.mechanism), lambda: robot.locked({"glide": 0.0}),
+        lambda: Checker(robot, radius=0.02), lambda: mf.mobility(robot.mechanism),
+        lambda: robot.with_locked_joints({"glide": 0.0}),
         lambda: urdf.write(robot.mechanism), lambda: sdf.write(robot.mechanism), lambda: mjcf.write(robot.mechanism),
     ):  # fmt: skip
         with pytest.raises(ModelError, match=r"glide|last"):
             task()
-    held = robot.locked({"knee": 0.9})
+    held = robot.with_locked_joints({"knee": 0.9})
     assert held.n == 1
     assert np.allclose(held.link_poses([0.3]), robot.link_poses([0.3, 0.9]), atol=1e-14)
 

@@ -7,7 +7,7 @@ from scipy.linalg import expm
 import mafsil.expression as ex
 from mafsil.errors import InputError
 from mafsil.geometry import pose, twist
-from mafsil.mechanics.body_tree import lumped
+from mafsil.mechanics.body_tree import lump_bodies
 from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.quantities.energy import christoffel_of
 from mafsil.mechanics.rigid_body import RigidBody
@@ -71,7 +71,7 @@ def test_three_roads_to_the_efforts(robot, s):
     """3-vectors in gauged frames, energies differentiated, twists at the centres of mass."""
     recursion = robot.inverse_dynamics(s.q, s.qd, s.qdd)
     close(robot.lagrange_torque(s.q, s.qd, s.qdd), recursion)
-    tree = lumped(robot.mechanism)
+    tree = lump_bodies(robot.mechanism)
     for k in range(3):
         tau = evaluated(robot.mechanism, lambda *x: twist_torque(tree, *x), s.q[k], s.qd[k], s.qdd[k])
         close(tau.ravel(), recursion[k])
@@ -189,7 +189,7 @@ def twist_dual(T, F):
 def test_wrenches_at_the_centres_of_mass_are_those_of_the_textbook_recursion(s):
     robot = Robot(library.load("panda"))
     s = sample(robot.mechanism, 1, np.random.default_rng(1))
-    chain = TwistChain.of(lumped(robot.mechanism))
+    chain = TwistChain.of(lump_bodies(robot.mechanism))
     values = (s.q[0], s.qd[0], s.qdd[0], s.tip_wrench[0])
     symbols = [ex.symbol(f"x{k}", len(value)) for k, value in enumerate(values)]
     rec = newton_euler(chain, *symbols)
@@ -254,7 +254,7 @@ def test_a_base_that_falls_feels_no_gravity(robot, s):
 @pytest.mark.capability("09-39", "09-40")
 def test_home_poses_and_screws_give_the_relative_poses(robot, s):
     """X_i = Ad(T_ip) from the exponential of the joint screw, held against scipy's matrix exponential."""
-    chain = TwistChain.of(lumped(robot.mechanism))
+    chain = TwistChain.of(lump_bodies(robot.mechanism))
     theta = chain.coupling @ s.q[0]
     X = evaluated(robot.mechanism, lambda q: ex.vertcat(*chain.adjoints(q)), s.q[0]).reshape(-1, 6, 6)
     for i, home in enumerate(chain.home):

@@ -7,7 +7,7 @@ import pytest
 
 import mafsil.messages as messages
 from mafsil.messages import say
-from mafsil.messages.catalogue import category, counted
+from mafsil.messages.catalogue import category, count_noun
 
 CATALOGUE = Path(messages.__file__).parent
 
@@ -52,4 +52,4 @@ def test_every_noun_has_all_its_forms_and_is_used():
         assert len(arabic[noun].split(" | ")) == 6
         assert f":#{noun}}}" in every, noun
         for count in (3, 11, 100):
-            assert str(count) in counted(count, arabic[noun], "ar")
+            assert str(count) in count_noun(count, arabic[noun], "ar")

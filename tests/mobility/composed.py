@@ -134,7 +134,7 @@ def added(whole, block):
 def rigid_free(whole, joints):
     """Whether every hinge moves: blocks glued to one that does not would be locked."""
     linkage = Linkage.of(joints)
-    rates = mo.instantaneous(linkage).rates
+    rates = mo.instantaneous_mobility(linkage).rates
     return bool((np.abs(rates).max(axis=1) > 1e-6).all())
 
 
@@ -143,10 +143,10 @@ def wrong(seed):
     whole = composed(seed)
     linkage = whole.linkage
     if seed % 2:
-        rates = mo.instantaneous(linkage).rates
+        rates = mo.instantaneous_mobility(linkage).rates
         step = 0.25 * rates @ np.random.default_rng(seed).normal(size=rates.shape[1])
-        if near := mo.linkages.closed_near(linkage, step * mo.linkages.loop_closure.units(linkage)):
-            linkage = mo.linkages.drawn_at(linkage, near.theta)
+        if near := mo.linkages.close_loops_near(linkage, step * mo.linkages.loop_closure.units(linkage)):
+            linkage = mo.linkages.draw_at(linkage, near.theta)
     found = mf.mobility(linkage)
     wanted = whole.mobility, sorted(whole.implied), whole.special
     got = found.mobility, sorted(cause.implied for cause in found.redundancy), found.redundancy.special

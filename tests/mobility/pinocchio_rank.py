@@ -10,7 +10,7 @@ class PinocchioLinkage:
     """Model and constraints of a linkage whose joints are split into those of one freedom."""
 
     def __init__(self, linkage):
-        fine = mo.linkages.split(linkage)
+        fine = mo.linkages.split_joints(linkage)
         self.model, self.where = pin.Model(), {fine.ground: (0, np.zeros(3))}
         for k, forward in fine.tree:
             each = fine.joints[k]
@@ -39,7 +39,7 @@ class PinocchioLinkage:
         return self.model.addJoint(above, kind, pin.SE3(np.eye(3), each.point - origin), each.name), each.point
 
     def configuration(self, theta):
-        """Coordinates in the order of Pinocchio's joints, of coordinates of the linkage, which `split` leaves."""
+        """Coordinates in the order of Pinocchio's joints, of those of the linkage, which `split_joints` leaves."""
         return np.asarray(theta, dtype=float)[self.columns]
 
     def jacobian(self, q=None):

@@ -19,15 +19,15 @@ def test_rank_of_random_mechanisms(seed):
 
     rng = np.random.default_rng(seed)
     linkage = random_linkage(rng, int(rng.integers(0, 4)), int(rng.integers(3, 9)))
-    assert mo.instantaneous(linkage).mobility == PinocchioLinkage(linkage).mobility()
+    assert mo.instantaneous_mobility(linkage).mobility == PinocchioLinkage(linkage).mobility()
 
 
 def test_many_configurations_of_one_mechanism():
     linkage = mo.library.stewart_gough("SPS")
     rng = np.random.default_rng(0)
-    theta = mo.linkages.closed_near(linkage, 0.1 * rng.normal(size=(200, linkage.coordinates)))
+    theta = mo.linkages.close_loops_near(linkage, 0.1 * rng.normal(size=(200, linkage.coordinates)))
     assert theta
-    assert set(mo.mobilities(linkage, theta.theta).tolist()) == {12}
+    assert set(mo.batch_mobility(linkage, theta.theta).tolist()) == {12}
 
 
 @settings(max_examples=20, deadline=None)
@@ -43,7 +43,7 @@ def test_displaced_and_scaled_mechanisms_have_the_same_mobility(seed):
         bodies, pitch = [each.parent, each.child], scale * each.pitch
         moved.append(mo.joint(each.name, each.kind, bodies, place, axis, second=second, pitch=pitch))
     other = mo.Linkage.of(moved, ground="b0")
-    assert mo.instantaneous(other).mobility == mo.instantaneous(linkage).mobility
+    assert mo.instantaneous_mobility(other).mobility == mo.instantaneous_mobility(linkage).mobility
     assert mo.redundant_constraints(other).count == mo.redundant_constraints(linkage).count
 
 
@@ -88,9 +88,9 @@ def test_two_folding_chains_guide_a_straight_line(seed):
 def test_compiled_ranks_are_those_of_singular_values(seed):
     rng = np.random.default_rng(seed)
     linkage = random_linkage(rng, int(rng.integers(1, 4)), int(rng.integers(3, 9)))
-    found = mo.linkages.closed_near(linkage, rng.normal(size=(6, linkage.coordinates)) * 0.3)
+    found = mo.linkages.close_loops_near(linkage, rng.normal(size=(6, linkage.coordinates)) * 0.3)
     theta = np.concatenate([np.zeros((1, linkage.coordinates)), found.theta[found.closed]])
-    expected = [mo.instantaneous(linkage, row).mobility for row in theta]
-    assert mo.mobilities(linkage, theta).tolist() == expected
-    assert int(mo.mobilities(linkage, theta[0])) == expected[0]
-    assert mo.mobilities(linkage, theta[:0]).shape == (0,)
+    expected = [mo.instantaneous_mobility(linkage, row).mobility for row in theta]
+    assert mo.batch_mobility(linkage, theta).tolist() == expected
+    assert int(mo.batch_mobility(linkage, theta[0])) == expected[0]
+    assert mo.batch_mobility(linkage, theta[:0]).shape == (0,)

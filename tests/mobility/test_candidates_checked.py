@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.mobility.synthesis.answers import SynthesisStatus, outcome, ranked
+from mafsil.mobility.synthesis.answers import SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.positions import Positions
 
 
@@ -25,9 +25,9 @@ def turned(count: int, error: float) -> Positions:
 
 def test_links_that_change_their_lengths_are_no_candidate():
     for error, counted in ((0.0, 2), (1e-12, 2), (1e-6, 0), (1e-2, 0)):
-        found = ranked([turned(2, error)], 1.0, either_side=False)
+        found = rank_candidates([turned(2, error)], 1.0, either_side=False)
         assert found.count == counted
         assert (outcome(found) is SynthesisStatus.NONE) == (counted == 0)
-    both = ranked([turned(1, 0.0), turned(3, 1e-3)], 1.0, either_side=True)
+    both = rank_candidates([turned(1, 0.0), turned(3, 1e-3)], 1.0, either_side=True)
     assert both.count == 1
     assert both.candidates[0].residual < 1e-9

@@ -17,7 +17,7 @@ ANGLES = st.floats(-50, 50, allow_nan=False)
 @pytest.mark.capability("02-26", "02-27", "02-28", "02-29", "02-36")
 def test_spaces_of_bodies():
     names = {
-        name: (mo.space_named(name).name, mo.space_named(name).dimension)
+        name: (mo.named_space(name).name, mo.named_space(name).dimension)
         for name in mo.spaces.configuration_space_names()
     }
     assert names["door"] == ("I", 1)
@@ -27,7 +27,7 @@ def test_spaces_of_bodies():
     assert names["body in space"] == ("SE(3)", 6)
     assert names["rolling coin"] == ("R^2 x T^2", 4)
     with pytest.raises(mf.InputError, match="there is no space pillow"):
-        mo.space_named("pillow")
+        mo.named_space("pillow")
 
 
 @pytest.mark.capability("02-77", "02-70", "02-71", "02-73")
@@ -47,8 +47,8 @@ def test_spaces_of_chains():
     assert mo.configuration_space(mo.linkages.as_linkage("ur5e")).dimension == 6
     with pytest.raises(mf.InputError, match="1 loops"):
         mo.configuration_space(library.four_bar())
-    assert mo.space_named("position and angle").dimension == 4
-    assert mo.space_named("position and direction").name == "R^3 x S^2"
+    assert mo.named_space("position and angle").dimension == 4
+    assert mo.named_space("position and direction").name == "R^3 x S^2"
     assert mo.spaces.task_redundancy(6, "position and direction") == 1
     assert mo.spaces.task_redundancy(4, "position and angle") == 0
 
@@ -62,10 +62,10 @@ def test_coordinates_that_wrap_and_that_do_not():
     np.testing.assert_allclose(space.difference([0.1, 0.0], [6.2, 0.2]), [6.1 - 2 * np.pi, 0.2])
     assert space.distance([0.0, 0.0], [2 * np.pi, 0.1]) == pytest.approx(0.1)
     assert space.inside([[100.0, 0.1], [0.0, 0.3]]).tolist() == [True, False]
-    samples = space.sampled(1000)
+    samples = space.sample(1000)
     assert space.inside(samples).all()
     assert np.ptp(samples, axis=0) == pytest.approx([2 * np.pi, 0.2], rel=0.02)
-    assert space.charted([-0.1, 0.1]) == pytest.approx([2 * np.pi - 0.1, 0.1])
+    assert space.wrap_angles([-0.1, 0.1]) == pytest.approx([2 * np.pi - 0.1, 0.1])
 
 
 @pytest.mark.capability("02-57")
@@ -74,10 +74,12 @@ def test_coordinates_that_wrap_and_that_do_not():
 def test_the_torus_wraps_around(a, b):
     step = torus.difference(a, b)
     assert (np.abs(step) <= np.pi).all()
-    np.testing.assert_allclose(torus.embedded(np.add(a, step)), torus.embedded(b), atol=1e-12)
+    np.testing.assert_allclose(torus.embed_in_space(np.add(a, step)), torus.embed_in_space(b), atol=1e-12)
     assert torus.distance(a, b) == pytest.approx(torus.distance(b, a), abs=1e-9)
-    np.testing.assert_allclose(torus.embedded(torus.angles_of(torus.embedded(a))), torus.embedded(a), atol=1e-12)
-    np.testing.assert_allclose(torus.embedded(torus.between(a, b, 1.0)), torus.embedded(b), atol=1e-11)
+    np.testing.assert_allclose(
+        torus.embed_in_space(torus.angles_of(torus.embed_in_space(a))), torus.embed_in_space(a), atol=1e-12
+    )
+    np.testing.assert_allclose(torus.embed_in_space(torus.between(a, b, 1.0)), torus.embed_in_space(b), atol=1e-11)
     assert (torus.chart(a) >= 0).all()
     assert (torus.chart(a) < 2 * np.pi).all()
 
@@ -111,7 +113,7 @@ def test_explicit_and_implicit_body_of_the_plane():
 @pytest.mark.capability("02-25", "02-80")
 def test_every_point_of_every_body():
     linkage = library.four_bar()
-    found = mo.linkages.closed_near(linkage, [[0.0] * 4, [0.3, 0, 0, 0]], fixed=["A"])
+    found = mo.linkages.close_loops_near(linkage, [[0.0] * 4, [0.3, 0, 0, 0]], fixed=["A"])
     C = linkage.joints[linkage.index_of(["C"])[0]].point
     on_coupler = mo.point_position(linkage, "coupler", C, found.theta)
     on_rocker = mo.point_position(linkage, "rocker", C, found.theta)
@@ -137,9 +139,9 @@ def test_table_of_joints():
         kind = mo.linkages.KINDS[letter]
         assert kind.freedoms == freedoms
         if plane is not None:
-            assert mo.count(2, [freedoms], "planar").constraints == (plane,)
+            assert mo.gruebler_count(2, [freedoms], "planar").constraints == (plane,)
         if space is not None:
-            assert mo.count(2, [freedoms], "spatial").constraints == (space,)
+            assert mo.gruebler_count(2, [freedoms], "spatial").constraints == (space,)
         second, pitch = ([1, 0, 0] if letter in ("U", "RP") else None), (0.2 if letter == "H" else 0.0)
         drawn = mo.joint("J", letter, ["ground", "body"], [0.3, -0.2, 0.5], [0, 0, 1], second=second, pitch=pitch)
         assert np.linalg.matrix_rank(drawn.screws) == freedoms
@@ -240,7 +242,7 @@ def test_ways_of_assembly():
 def test_the_coin_rolls_without_slip(q, phi_dot, theta_dot, r):
     coin, h = mo.bodies.Coin(r), 1e-6
     start = np.array(q)
-    rate = (coin.moved(start, phi_dot, theta_dot, h) - coin.moved(start, phi_dot, theta_dot, -h)) / (2 * h)
+    rate = (coin.drive(start, phi_dot, theta_dot, h) - coin.drive(start, phi_dot, theta_dot, -h)) / (2 * h)
     np.testing.assert_allclose(coin.constraints.residual(start, rate), 0, atol=1e-8)
     T = coin.pose(start)
     np.testing.assert_allclose(T[:3, :3].T @ T[:3, :3], np.eye(3), atol=1e-12)
@@ -249,8 +251,8 @@ def test_the_coin_rolls_without_slip(q, phi_dot, theta_dot, r):
     np.testing.assert_allclose(move @ contact, 0, atol=1e-7)
     flat = coin.rim_point(np.array([q[0], q[1], q[2], 0.0]))
     np.testing.assert_allclose(flat, [q[0], q[1], 0], atol=1e-12)
-    whole = coin.moved(start, phi_dot, theta_dot, 1.0)
-    halves = coin.moved(coin.moved(start, phi_dot, theta_dot, 0.4), phi_dot, theta_dot, 0.6)
+    whole = coin.drive(start, phi_dot, theta_dot, 1.0)
+    halves = coin.drive(coin.drive(start, phi_dot, theta_dot, 0.4), phi_dot, theta_dot, 0.6)
     np.testing.assert_allclose(whole, halves, atol=1e-12)
 
 
@@ -258,15 +260,15 @@ def test_the_coin_rolls_without_slip(q, phi_dot, theta_dot, r):
 def test_car_and_unicycle():
     car = mo.bodies.Car(2.0)
     assert car.constraints.integrability.growth == (2, 3, 4)
-    path = car.driven([0, 0, 0.3, 0.4], lambda t: (1.0, 0.0), 3.0)
-    unicycle = mo.bodies.Unicycle().moved([0, 0, 0.3], 1.0, np.tan(0.4) / 2.0, 3.0)
+    path = car.drive([0, 0, 0.3, 0.4], lambda t: (1.0, 0.0), 3.0)
+    unicycle = mo.bodies.Unicycle().drive([0, 0, 0.3], 1.0, np.tan(0.4) / 2.0, 3.0)
     np.testing.assert_allclose(path[-1, :3], unicycle, atol=1e-10)
     rng = np.random.default_rng(0)
     for q in rng.uniform(-1, 1, (10, 4)):
         rate = car.rates(q, np.array(0.7), np.array(0.2))
         np.testing.assert_allclose(car.constraints.residual(q, rate), 0, atol=1e-14)
     with pytest.raises(mf.InputError, match="right angle"):
-        car.driven([0, 0, 0, 2.0], lambda t: (1.0, 0.0), 1.0)
+        car.drive([0, 0, 0, 2.0], lambda t: (1.0, 0.0), 1.0)
 
 
 @pytest.mark.capability("02-63", "02-62")
@@ -329,7 +331,7 @@ def test_curves_of_other_mechanisms():
     assert len(mo.configuration_curves(library.bennett(), starts=32)) == 1
     crossing = mo.configuration_curves(library.parallelogram(), starts=32)
     assert [len(curve.branch_points) for curve in crossing] == [2, 2]
-    assert not mo.configuration_curves(mo.linkages.locked(library.four_bar(), ["A"]), starts=8)
+    assert not mo.configuration_curves(mo.linkages.lock_joints(library.four_bar(), ["A"]), starts=8)
 
 
 @pytest.mark.capability("02-53")
@@ -358,7 +360,7 @@ def test_coordinates_of_balls_are_orientations():
     space = mo.linkages.JointCoordinates.of(chain)
     assert space.wraps.tolist() == [False, *[True] * 6]
     assert space.balls == (4,)
-    first, last = space.sampled(20), space.sampled(20, seed=1)
+    first, last = space.sample(20), space.sample(20, seed=1)
     ball = mo.Linkage.of([chain.joints[2]], ground="b")
     R_a, R_b = (mo.linkages.body_poses(ball, q[:, 4:])[:, -1, :3, :3] for q in (first, last))
     apart = Rotation.from_matrix(np.swapaxes(R_a, 1, 2) @ R_b).as_rotvec()

@@ -40,7 +40,7 @@ def test_four_links_of_given_lengths(lengths):
             mf.mobility(drawn_apart(*lengths))
     else:
         assert found
-        together = mo.assembled(drawn_apart(*lengths))
+        together = mo.close_drawing(drawn_apart(*lengths))
         places = {each.name: each.point for each in together.joints}
         sides = [np.linalg.norm(places[a] - places[b]) for a, b in ("AB", "BC", "CD", "DA")]
         assert sides == pytest.approx(lengths, abs=1e-8)
@@ -51,7 +51,7 @@ def test_mobility_of_links_drawn_apart(tmp_path):
     found = mf.mobility(drawn_apart(2, 4, 3.5, 4.5))
     assert (found.mobility, found.finite.status) == (1, mo.finite.FiniteStatus.REGULAR)
     theta = mo.can_assemble(drawn_apart(2, 4, 3.5, 4.5)).theta
-    assert int(mo.mobilities(drawn_apart(2, 4, 3.5, 4.5), theta)) == 1
+    assert int(mo.batch_mobility(drawn_apart(2, 4, 3.5, 4.5), theta)) == 1
     path = tmp_path / "apart.toml"
     path.write_text(
         'planar = true\n[[joint]]\nkind = "R"\nbodies = ["ground", "a"]\n'
@@ -79,10 +79,10 @@ def test_a_search_never_says_no():
 
 
 def test_what_needs_the_links_together_says_so():
-    for task in (mo.linkages.split, mo.mechanism_of, lambda linkage: mo.linkages.locked(linkage, ["A"])):
+    for task in (mo.linkages.split_joints, mo.mechanism_of, lambda linkage: mo.linkages.lock_joints(linkage, ["A"])):
         with pytest.raises(mf.ModelError, match=r"assembled|gape"):
             task(drawn_apart(2, 4, 3.5, 4.5))
-    assert mo.mechanism_of(mo.assembled(drawn_apart(2, 4, 3.5, 4.5))).n == 3
+    assert mo.mechanism_of(mo.close_drawing(drawn_apart(2, 4, 3.5, 4.5))).n == 3
 
 
 def test_loops_that_no_proof_forbids_say_how_near_they_come():

@@ -15,8 +15,8 @@ REFUSED = {
     "text for an angle": lambda: FOUR.positions("a"),
     "negative length": lambda: mo.FourBar(-1, 2, 3, 4),
     "length NaN": lambda: mo.FourBar(np.nan, 2, 3, 4),
-    "wrong shape": lambda: mo.bodies.Coin(0.1).moved([0, 0, 0], 1, 1, 1),
-    "NaN coordinates": lambda: mo.mobilities(library.four_bar(), [np.nan] * 4),
+    "wrong shape": lambda: mo.bodies.Coin(0.1).drive([0, 0, 0], 1, 1, 1),
+    "NaN coordinates": lambda: mo.batch_mobility(library.four_bar(), [np.nan] * 4),
     "no linkage": lambda: mf.mobility(5),
     "nothing": lambda: mf.mobility(None),
     "no file": lambda: mf.mobility("nowhere.toml"),
@@ -27,9 +27,9 @@ REFUSED = {
     "limits NaN": lambda: mo.joint("A", "R", ["a", "b"], limits=(np.nan, 1)),
     "limits as a number": lambda: mo.joint("A", "R", ["a", "b"], limits=3),
     "no joints": lambda: mo.Linkage.of([]),
-    "all locked": lambda: mo.linkages.locked(library.four_bar(), list("ABCD")),
-    "no links": lambda: mo.count(0, []),
-    "half a freedom": lambda: mo.count(4, [1.5]),
+    "all locked": lambda: mo.linkages.lock_joints(library.four_bar(), list("ABCD")),
+    "no links": lambda: mo.gruebler_count(0, []),
+    "half a freedom": lambda: mo.gruebler_count(4, [1.5]),
     "points that coincide": lambda: mo.bodies.count_points([[0, 0], [0, 0]]),
     "no points": lambda: mo.bodies.count_points(np.zeros((0, 2))),
     "points on a line": lambda: mo.bodies.body_of_points([0, 0, 0], [1, 0, 0], [2, 0, 0]),
@@ -49,7 +49,7 @@ REFUSED = {
     "unknown joint": lambda: mo.assembly_modes(library.four_bar(), {"Z": 1}),
     "joint of three freedoms": lambda: mo.assembly_modes(library.six_sps(), {"A0": 1}),
     "too many joints": lambda: mo.mobility_with_locked_joints(library.four_bar(), 9),
-    "one input of two": lambda: mo.bodies.Car(1.0).driven([0, 0, 0, 0], lambda t: (1.0,), 1.0),
+    "one input of two": lambda: mo.bodies.Car(1.0).drive([0, 0, 0, 0], lambda t: (1.0,), 1.0),
     "unknown rule": lambda: mo.gruebler(library.four_bar(), "curved"),
     "planar rule for six freedoms": lambda: mo.gruebler(mo.Linkage.of([mo.joint("F", "F", ["ground", "b"])]), "planar"),
 }
@@ -71,7 +71,7 @@ def test_nan_and_infinity_stay_in_their_rows():
         assert FOUR.positions([np.nan, np.inf, 1.0]).reachable.tolist() == [False, False, True]
         assert np.isnan(mo.SliderCrank(1, 3).positions([np.inf, 0.1]).x).tolist() == [[True, True], [False, False]]
         assert np.isnan(mo.torus.difference([np.inf, 0], [0, 1])).tolist() == [True, False]
-        assert np.isnan(mo.bodies.Coin(0.1).moved(np.zeros((2, 4)), [np.inf, 1.0], 1.0, 1.0)[:, 0]).tolist() == [
+        assert np.isnan(mo.bodies.Coin(0.1).drive(np.zeros((2, 4)), [np.inf, 1.0], 1.0, 1.0)[:, 0]).tolist() == [
             True,
             False,
         ]
@@ -92,11 +92,11 @@ def test_trivial_constraints():
 
 NO_LINKAGE = (None, 3, "four_bar", [0, 1], np.zeros((2, 2)), {}, object(), mo.Linkage)
 ON_A_LINKAGE = (
-    mo.actuation, mo.assembled, mo.assembly_modes, mo.linkages.body_poses, mo.configuration_curves,
+    mo.actuation, mo.close_drawing, mo.assembly_modes, mo.linkages.body_poses, mo.configuration_curves,
     mo.configuration_space,
-    mo.linkages.drawn_at, mo.can_assemble, mo.finite_mobility, mo.generic_mobility, mo.gruebler, mo.instantaneous,
-    mo.linkages.loop_matrix,
-    mo.configuration_surfaces, mo.mechanism_of, mo.redundant_constraints, mo.linkages.split, mo.structure,
+    mo.linkages.draw_at, mo.can_assemble, mo.finite_mobility, mo.generic_mobility, mo.gruebler,
+    mo.instantaneous_mobility, mo.linkages.loop_matrix,
+    mo.configuration_surfaces, mo.mechanism_of, mo.redundant_constraints, mo.linkages.split_joints, mo.structure,
     mo.trace_motion, mo.trace_surface,
 )  # fmt: skip
 
@@ -114,12 +114,12 @@ FIVE_BAR_PATCH = mo.trace_surface(library.five_bar(), points=20)
 NONSENSE = (None, 3.5, np.inf, [np.nan], np.zeros((3, 5)), object(), [[1, 2], [3]], "x", {}, -1, 10**9)
 TAKES = {
     "rule": lambda x: mf.mobility("four_bar", rule=x),
-    "theta": lambda x: mo.instantaneous(library.four_bar(), x),
+    "theta": lambda x: mo.instantaneous_mobility(library.four_bar(), x),
     "theta of finite": lambda x: mo.finite_mobility(library.four_bar(), x),
     "theta of surface": lambda x: mo.trace_surface(library.five_bar(), x, points=50),
     "held by surface": FIVE_BAR_PATCH.holds,
     "theta of trace_motion": lambda x: mo.trace_motion(library.four_bar(), x),
-    "locked": lambda x: mo.instantaneous(library.four_bar(), locked=x),
+    "locked": lambda x: mo.instantaneous_mobility(library.four_bar(), locked=x),
     "driven": lambda x: mo.actuation(library.four_bar(), joints=x),
     "given": lambda x: mo.assembly_modes(library.four_bar(), x),
     "bodies": lambda x: mo.joint("A", "R", x, [0, 0]),
@@ -127,7 +127,7 @@ TAKES = {
     "name": library.linkage,
     "legs": library.stewart_gough,
     "axes": library.three_upu,
-    "space": mo.space_named,
+    "space": mo.named_space,
     "distance": lambda x: mo.self_motion_manifold([1, 1], x),
     "angles": lambda x: mo.torus.distance(x, [0, 0]),
     "freedoms": lambda x: mo.spaces.task_redundancy(x, "pose"),

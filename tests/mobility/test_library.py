@@ -91,9 +91,9 @@ def test_reasons_of_named_mechanisms():
 
 
 def test_output_of_the_delta_translates():
-    found = mo.instantaneous(library.delta())
+    found = mo.instantaneous_mobility(library.delta())
     assert (found.output_mobility, found.output_rotations) == (3, 0)
-    assert mo.instantaneous(library.sarrus()).output_rotations == 0
+    assert mo.instantaneous_mobility(library.sarrus()).output_rotations == 0
 
 
 def test_peaucellier_draws_a_straight_line():
@@ -111,7 +111,7 @@ def test_inversor_followed_by_newton_stays_on_the_line():
     for k in range(1, 20):
         start = theta[k - 1].copy()
         start[linkage.columns_of(["A"])[0]] = theta[k, linkage.columns_of(["A"])[0]]
-        found = mo.linkages.closed_near(linkage, start, fixed=["A"])
+        found = mo.linkages.close_loops_near(linkage, start, fixed=["A"])
         assert found
         theta[k] = found.theta
     T = mo.linkages.body_poses(linkage, theta)[:, linkage.bodies.index("side 3")]

@@ -64,10 +64,10 @@ def test_named_mechanisms(linkage, counted, here, finite, status):
 
 @pytest.mark.capability("02-54")
 def test_legs_that_spin_are_idle():
-    found = mo.instantaneous(platform("S", np.random.default_rng(2)))
+    found = mo.instantaneous_mobility(platform("S", np.random.default_rng(2)))
     assert found.output_mobility == 6
     assert [(one.joints, one.count) for one in found.idle] == [((f"A{k}", f"B{k}"), 1) for k in range(6)]
-    assert mo.instantaneous(platform("U", np.random.default_rng(2))).idle == ()
+    assert mo.instantaneous_mobility(platform("U", np.random.default_rng(2))).idle == ()
 
 
 @pytest.mark.capability("02-52")
@@ -76,9 +76,9 @@ def test_five_bar_with_every_pair_locked():
     assert {pair for pair, left in overlapped.items() if left} == {("O", "D"), ("O", "M"), ("M", "D")}
     assert set(mo.mobility_with_locked_joints(five_bar((0.3, 1), (1.7, 1.1)), 2).values()) == {0}
     for pair, left in overlapped.items():
-        linkage = mo.linkages.locked(five_bar((1, 1), (1, 1)), pair)
-        assert mo.instantaneous(linkage).mobility == left == mo.locked_mobility(five_bar((1, 1), (1, 1)), pair)
-    assert mo.gruebler(mo.linkages.locked(five_bar((1, 1), (1, 1)), ("O", "D"))).mobility == 0
+        linkage = mo.linkages.lock_joints(five_bar((1, 1), (1, 1)), pair)
+        assert mo.instantaneous_mobility(linkage).mobility == left == mo.locked_mobility(five_bar((1, 1), (1, 1)), pair)
+    assert mo.gruebler(mo.linkages.lock_joints(five_bar((1, 1), (1, 1)), ("O", "D"))).mobility == 0
 
 
 def test_wrong_choice_of_motors_is_said():
@@ -95,12 +95,12 @@ def test_wrong_choice_of_motors_is_said():
 
 @pytest.mark.capability("02-46", "02-47", "02-48", "02-50")
 def test_count_by_numbers_and_its_warnings():
-    four = mo.count(4, [1] * 4, "planar")
+    four = mo.gruebler_count(4, [1] * 4, "planar")
     assert four.mobility == 1
     assert "3 (4 - 1 - 4) + 4 = 1" in four.explain("en")
-    assert mo.count(4, [1] * 4, "spatial").mobility == -2
-    assert not mo.count(4, [1] * 4, "spatial")
-    assert "the rank decides" in mo.count(4, [1] * 4, "spatial").explain("en")
+    assert mo.gruebler_count(4, [1] * 4, "spatial").mobility == -2
+    assert not mo.gruebler_count(4, [1] * 4, "spatial")
+    assert "the rank decides" in mo.gruebler_count(4, [1] * 4, "spatial").explain("en")
     wrong = mo.gruebler(four_bar(OPEN, planar=False), rule="spatial")
     assert (wrong.mobility, wrong.warnings) == (-2, ("warn_planar_as_spatial",))
     assert mo.gruebler(platform("U", np.random.default_rng(0)).with_output("platform")).warnings == ()
@@ -116,10 +116,10 @@ def test_split_joints_leave_count_and_mobility():
         (platform("U", np.random.default_rng(3)), 32, 36),
         (platform("S", np.random.default_rng(3)), 38, 42),
     ):
-        fine = mo.linkages.split(linkage)
+        fine = mo.linkages.split_joints(linkage)
         assert (len(fine.bodies), len(fine.joints)) == (links, joints)
         assert mo.gruebler(fine).mobility == mo.gruebler(linkage).mobility
-        assert mo.instantaneous(fine).mobility == mo.instantaneous(linkage).mobility
+        assert mo.instantaneous_mobility(fine).mobility == mo.instantaneous_mobility(linkage).mobility
         assert np.allclose(fine.screws, linkage.screws)
 
 
@@ -131,7 +131,7 @@ def test_second_derivatives_of_the_gaps(make):
     moved = screw_rates(linkage, reduced_screws(linkage, loop_state(linkage).screws))
     K = np.einsum("lk,kir->lrik", linkage.cycles[:, linkage.joint_of], moved).reshape(-1, *moved.shape[:2])
     scale = mo.linkages.loop_closure.units(linkage)
-    for v in mo.instantaneous(linkage).rates.T:
+    for v in mo.instantaneous_mobility(linkage).rates.T:
         h = 1e-5
         numeric = (
             (mo.linkages.loop_matrix(linkage, h * v * scale) - mo.linkages.loop_matrix(linkage, -h * v * scale))
@@ -145,7 +145,7 @@ def test_second_derivatives_of_the_gaps(make):
 def test_rates_of_the_loop_matrix_are_derivatives_of_the_gap():
     linkage = platform("S", np.random.default_rng(6))
     rng = np.random.default_rng(7)
-    theta = mo.linkages.closed_near(linkage, 0.1 * rng.normal(size=(4, linkage.coordinates))).theta
+    theta = mo.linkages.close_loops_near(linkage, 0.1 * rng.normal(size=(4, linkage.coordinates))).theta
     A, scale = mo.linkages.loop_matrix(linkage, theta), mo.linkages.loop_closure.units(linkage)
     v, h = rng.normal(size=linkage.coordinates), 1e-6
     numeric = (loop_state(linkage, theta + h * v * scale).gap - loop_state(linkage, theta - h * v * scale).gap) / (
@@ -247,11 +247,11 @@ def test_gaping_loops_are_refused_and_closed_on_request():
     linkage = four_bar(OPEN)
     with pytest.raises(mf.ModelError, match="gape"):
         mf.mobility(linkage, [0.5, 0, 0, 0])
-    found = mo.linkages.closed_near(linkage, [0.5, 0, 0, 0], fixed=["A"])
+    found = mo.linkages.close_loops_near(linkage, [0.5, 0, 0, 0], fixed=["A"])
     assert found
     assert found.theta[0] == 0.5
     assert mf.mobility(linkage, found.theta).mobility == 1
-    lost = mo.linkages.closed_near(mo.linkages.locked(linkage, ["B"]), [0.5, 0, 0], fixed=["A"])
+    lost = mo.linkages.close_loops_near(mo.linkages.lock_joints(linkage, ["B"]), [0.5, 0, 0], fixed=["A"])
     assert not lost
     assert "were found" in lost.explain("en")
 
@@ -304,12 +304,12 @@ def test_a_search_for_closed_loops_stops_where_it_stands_still(monkeypatch):
     looked = []
     monkeypatch.setattr(closure, "loop_state", lambda one, theta: looked.append(len(theta)) or loop_state(one, theta))
     linkage = four_bar(OPEN)
-    assert mo.linkages.closed_near(linkage, 0.01 * np.eye(4))
+    assert mo.linkages.close_loops_near(linkage, 0.01 * np.eye(4))
     assert len(looked) <= 7
     looked.clear()
     last = linkage.joints[-1]
     above = replace(last, child_point=last.point - [0.0, 0.0, 1e-3])
-    found = mo.linkages.closed_near(mo.Linkage.of([*linkage.joints[:-1], above]), 0.01 * np.eye(4))
+    found = mo.linkages.close_loops_near(mo.Linkage.of([*linkage.joints[:-1], above]), 0.01 * np.eye(4))
     assert not found
     assert np.abs(found.gap * linkage.size - 1e-3).max() < 1e-9
     assert len(looked) <= 12

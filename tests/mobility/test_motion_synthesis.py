@@ -213,7 +213,7 @@ def test_two_complex_pairs_of_dyads_are_said():
         if not found.dyads:
             break
     assert found.status is SynthesisStatus.NONE
-    assert "of at most four dyads 0 are real" in found.explain("en")
+    assert "0 of at most four dyads are real" in found.explain("en")
 
 
 def test_known_linkages_of_the_literature_are_found_again():

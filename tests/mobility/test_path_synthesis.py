@@ -163,4 +163,4 @@ def test_points_that_no_linkage_passes_are_said():
     assert not found
     assert len(found)
     assert f"{found.details['miss']:.3g} m" in found.explain("en")
-    assert "distance of at most" in found[0].explain("en")
+    assert "largest distance from its points" in found[0].explain("en")

@@ -40,15 +40,16 @@ def test_small_directions_straight_ways_and_counts_below_zero():
     angles, pole = mo.spaces.angles_of_direction([[1e-13, 0, 0], [0, 0, -1e-13], [3e5, 4e5, 0]])
     np.testing.assert_allclose(angles, [[np.pi / 2, 0], [np.pi, 0], [np.pi / 2, np.arctan2(4, 3)]], atol=1e-12)
     assert pole.tolist() == [False, True, False]
-    straight = mo.bodies.Unicycle().moved([1.0, 2.0, 0.5], 3.0, [0.0, 1e-12], 2.0)
+    straight = mo.bodies.Unicycle().drive([1.0, 2.0, 0.5], 3.0, [0.0, 1e-12], 2.0)
     np.testing.assert_allclose(straight, [[1 + 6 * np.cos(0.5), 2 + 6 * np.sin(0.5), 0.5]] * 2, atol=1e-9)
     statuses = [
-        mo.count(4, f, rule).status.name for f, rule in (([1] * 4, "planar"), ([1] * 5, "planar"), ([1] * 4, "spatial"))
+        mo.gruebler_count(4, f, rule).status.name
+        for f, rule in (([1] * 4, "planar"), ([1] * 5, "planar"), ([1] * 4, "spatial"))
     ]
     assert statuses == ["MOVES", "TOO_MANY", "TOO_MANY"]
-    assert mo.count(5, [1] * 6, "planar").status.name == "NONE_LEFT"
+    assert mo.gruebler_count(5, [1] * 6, "planar").status.name == "NONE_LEFT"
     cart = mo.bodies.Cart(0.1, 0.4)
-    q = cart.moved([0.0, 0.0, 0.2, 1.0, -1.0], [2.0, -0.5], 1.5)
+    q = cart.drive([0.0, 0.0, 0.2, 1.0, -1.0], [2.0, -0.5], 1.5)
     assert cart.first_integral(q) == pytest.approx(cart.first_integral(np.array([0.0, 0.0, 0.2, 1.0, -1.0])))
     assert q[2] == pytest.approx(0.2 + 0.1 / 0.4 * 2.5 * 1.5)
 

@@ -70,8 +70,8 @@ def test_geared_five_bar():
     assert found.finite.status is mo.finite.FiniteStatus.REGULAR
     curve = mo.trace_motion(gears, steps=300)
     np.testing.assert_allclose(curve.theta[:, 4], -1.5 * curve.theta[:, 0], atol=1e-9)
-    assert mo.mobilities(gears, curve.theta).tolist() == [1] * len(curve.theta)
-    locked = mo.linkages.locked(gears, ["O"])
+    assert mo.batch_mobility(gears, curve.theta).tolist() == [1] * len(curve.theta)
+    locked = mo.linkages.lock_joints(gears, ["O"])
     assert len(locked.joints) == 3
     assert not mf.mobility(locked)
     assert mo.locked_mobility(gears, ["O"]) == 0

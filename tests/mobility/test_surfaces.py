@@ -13,7 +13,7 @@ from mafsil.mobility import Linkage, joint, library, trace_surface
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.charts import cut, farthest, open_cell, owners
 from mafsil.mobility.surface import SurfaceStatus
-from mafsil.mobility.surface_mesh import edges, is_closed, is_orientable, trimmed
+from mafsil.mobility.surface_mesh import edges, is_closed, is_orientable, trim_openings
 
 
 def polygon(lengths):
@@ -22,7 +22,7 @@ def polygon(lengths):
     names = ["ground", *(f"link {k}" for k in range(1, n)), "ground"]
     joints = [joint(f"J{k}", "R", names[k : k + 2], [x[k], 0]) for k in range(n - 1)]
     joints.append(joint(f"J{n - 1}", "R", names[n - 1 :], [x[-1], 0], child_at=[lengths[0], 0]))
-    return mo.assembled(Linkage.of(joints, planar=True))
+    return mo.close_drawing(Linkage.of(joints, planar=True))
 
 
 def beside(first, second):
@@ -73,7 +73,7 @@ def test_pentagons_have_the_topology_of_the_theorem(lengths):
     assert not found.others
     for one in found:
         assert not len(one.branch_points)
-        assert mo.linkages.closed_near(one.linkage, one.theta, steps=0).gap.max() < 1e-9
+        assert mo.linkages.close_loops_near(one.linkage, one.theta, steps=0).gap.max() < 1e-9
 
 
 def test_small_spherical_pentagon_is_the_planar_one():
@@ -161,12 +161,12 @@ def test_rods_between_balls_keep_their_length():
 def test_balls_left_out_leave_the_mobility_but_for_spins():
     for linkage, spins in ((library.three_rps(), 0), (library.rssr(), 1), (library.three_prs(), 0)):
         simple = without_balls(linkage)
-        assert mo.instantaneous(simple).mobility == mo.instantaneous(linkage).mobility - spins
+        assert mo.instantaneous_mobility(simple).mobility == mo.instantaneous_mobility(linkage).mobility - spins
         kept = np.concatenate([linkage.columns_of([each.name]) for each in simple.joints])
         near = 0.1 * np.random.default_rng(0).normal(size=(5, linkage.coordinates))
-        whole = mo.linkages.closed_near(linkage, near)
+        whole = mo.linkages.close_loops_near(linkage, near)
         assert whole
-        assert mo.linkages.closed_near(simple, whole.theta[:, kept], steps=0).gap.max() < 1e-9
+        assert mo.linkages.close_loops_near(simple, whole.theta[:, kept], steps=0).gap.max() < 1e-9
         A, h = mo.linkages.loop_matrix(simple, near[0, kept]), 1e-6 * np.eye(simple.coordinates)
         u = mo.linkages.loop_closure.units(simple)
         gaps = [mo.linkages.loop_closure.loop_state(simple, near[0, kept] + sign * h * u).gap for sign in (1, -1)]
@@ -206,7 +206,7 @@ def test_a_body_on_four_balls_stands_by_three_points():
 def test_a_floating_rod_spins_on_a_circle_bundle():
     bars = library.rssr()
     free = Linkage.of([*bars.joints, joint("F", "F", ["ground", "coupler"])])
-    assert mo.instantaneous(free).mobility == 2
+    assert mo.instantaneous_mobility(free).mobility == 2
     (torus,) = mo.configuration_surfaces(free, starts=12)
     assert torus.genus == 1
     A, B, C, D = (each.point for each in bars.joints)
@@ -228,9 +228,9 @@ def test_the_platform_of_a_delta_of_rods_is_where_its_closed_form_says():
             joints.append(joint(f"A{k}{side}", "S", [f"arm {k}", f"rod {k}{side}"], ends[0]))
             joints.append(joint(f"B{k}{side}", "S", [f"rod {k}{side}", "platform"], ends[1]))
     robot = without_balls(Linkage.of(joints))
-    assert mo.instantaneous(robot).mobility == 3
+    assert mo.instantaneous_mobility(robot).mobility == 3
     start = 0.1 * np.random.default_rng(5).normal(size=(20, robot.coordinates)) * mo.linkages.loop_closure.units(robot)
-    found = mo.linkages.closed_near(robot, start)
+    found = mo.linkages.close_loops_near(robot, start)
     assert found
     places = found.theta[:, 3:].reshape(-1, 3, 3)
     np.testing.assert_allclose(places - places.mean(axis=1, keepdims=True), 0.0, atol=1e-9)
@@ -249,7 +249,7 @@ def test_links_on_one_line_pinch_the_surface(lengths, places):
     assert pentagon_numbers(longer) == (1, surface.euler_characteristic)
     assert surface.genus is None
     for theta in surface.singular_points:
-        assert mo.instantaneous(surface.linkage, theta).mobility == 3
+        assert mo.instantaneous_mobility(surface.linkage, theta).mobility == 3
         poses = mo.linkages.body_poses(surface.linkage, theta)
         pins = [
             mo.linkages.loop_closure.pose.act(T, each.point)
@@ -260,7 +260,7 @@ def test_links_on_one_line_pinch_the_surface(lengths, places):
 
 @pytest.mark.capability("02-60")
 def test_planar_platform_with_one_motor_locked():
-    linkage = mo.linkages.locked(library.three_rrr(), ["A0"])
+    linkage = mo.linkages.lock_joints(library.three_rrr(), ["A0"])
     coarse, fine = trace_surface(linkage), trace_surface(linkage, step=0.2)
     assert coarse.status is fine.status is SurfaceStatus.CLOSED
     assert coarse.euler_characteristic == fine.euler_characteristic
@@ -274,7 +274,10 @@ def test_what_does_not_end_is_open():
     assert surface.status is SurfaceStatus.OPEN
     assert surface.euler_characteristic is None is surface.genus
     assert trace_surface(library.five_bar(), points=100).status is SurfaceStatus.OPEN
-    assert mo.configuration_surfaces(mo.linkages.locked(library.five_bar(), ["O"]), starts=8).status.name == "NOT_FOUND"
+    assert (
+        mo.configuration_surfaces(mo.linkages.lock_joints(library.five_bar(), ["O"]), starts=8).status.name
+        == "NOT_FOUND"
+    )
 
 
 def test_refusals_say_what_helps():
@@ -296,7 +299,7 @@ def test_refusals_say_what_helps():
         mo.finite_mobility,
         mo.redundant_constraints,
         mo.structure,
-        mo.linkages.split,
+        mo.linkages.split_joints,
     ):
         with pytest.raises(mf.ModelError, match="J4"):
             judge(left)
@@ -319,9 +322,9 @@ def test_triangles_of_known_surfaces():
     assert not is_closed(np.concatenate([TORUS, PROJECTIVE + 7]), 13)
     pinched = np.concatenate([PROJECTIVE, np.sort(np.where(PROJECTIVE > 0, PROJECTIVE + 5, 0), axis=1)])
     assert not is_closed(pinched, 11)
-    left, rim, openings = trimmed(TORUS, {0})
+    left, rim, openings = trim_openings(TORUS, {0})
     assert (len(left), len(rim), openings) == (8, 6, 1)
-    assert trimmed(pinched, {0})[2] == 2
+    assert trim_openings(pinched, {0})[2] == 2
 
 
 def test_cells_are_cut_and_keep_their_owners():

@@ -17,7 +17,7 @@ from mafsil.model.local_exponentials import (
     local_screws,
     local_screws_of_table,
     mechanism_from_local_screws,
-    rezeroed,
+    shift_zero,
 )
 from mafsil.model.placement import adjoint, rotation_x, rotation_z, screw_motion, translation
 
@@ -107,7 +107,7 @@ def test_another_zero_configuration(name, seed):
     robot = library.load(name)
     rng = np.random.default_rng(seed)
     q0, q = rng.uniform(-1, 1, (2, robot.n))
-    moved, old = rezeroed(robot, q0), screws(robot)
+    moved, old = shift_zero(robot, q0), screws(robot)
     assert moved.S_s.shape == (robot.n, 6)
 
     def tip(S, home, values):
@@ -178,7 +178,7 @@ def test_partially_locked_chains_are_built_from_the_last_joint_inward():
     theta = [0.3, -0.7, 1.1]
     for free in (1, 2, 3):
         held = dict.fromkeys(arm.joint_names[: 3 - free], 0.0)
-        partly = arm.locked(held)
+        partly = arm.with_locked_joints(held)
         assert partly.n == free
         assert partly.joint_names == arm.joint_names[3 - free :]
         T = home
@@ -194,10 +194,10 @@ def test_partially_locked_chains_are_built_from_the_last_joint_inward():
 @pytest.mark.parametrize("value", [0.4, -1.0])
 def test_joints_held_away_from_zero(value):
     arm = library.load("stanford_arm")
-    partly = arm.locked({arm.joint_names[2]: value})
+    partly = arm.with_locked_joints({arm.joint_names[2]: value})
     moved = np.zeros(6)
     moved[2] = value
-    wanted = np.delete(rezeroed(arm, moved).S_s, 2, axis=0)
+    wanted = np.delete(shift_zero(arm, moved).S_s, 2, axis=0)
     np.testing.assert_allclose(screws(partly).S_s, wanted, atol=1e-12)
     assert [joint.moves for joint in chain_to_tip(partly)].count(False) == 1
 
@@ -225,12 +225,12 @@ def test_hayati_stays_small_where_denavit_hartenberg_runs_away():
     ("call", "error", "key"),
     [
         (lambda: hayati_parameters(rotation_x(np.pi / 2)), ModelError, "dh.hayati"),
-        (lambda: library.load("rrrp").locked({"elbow": 0.0}), ModelError, "dh.lock_unknown"),
-        (lambda: _mimic().locked({"one": float("nan")}), InputError, "input.finite"),
-        (lambda: _mimic().locked({"one": 0.0, "two": 9.0}), ModelError, "dh.lock_contradiction"),
+        (lambda: library.load("rrrp").with_locked_joints({"elbow": 0.0}), ModelError, "dh.lock_unknown"),
+        (lambda: _mimic().with_locked_joints({"one": float("nan")}), InputError, "input.finite"),
+        (lambda: _mimic().with_locked_joints({"one": 0.0, "two": 9.0}), ModelError, "dh.lock_contradiction"),
         (lambda: local_screws(_mimic()), ModelError, "screws.mimic"),
         (lambda: mechanism_from_local_screws([np.eye(4)], np.eye(6)[:2]), ModelError, "serial.length"),
-        (lambda: rezeroed(library.load("rrrp"), [0.0]), InputError, "input.shape"),
+        (lambda: shift_zero(library.load("rrrp"), [0.0]), InputError, "input.shape"),
     ],
 )
 def test_wrong_descriptions_are_refused_in_both_languages(call, error, key):

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from mafsil.errors import ModelError
 from mafsil.model import library, screws
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
-from mafsil.model.dh_frames import Freedom, frame_choices, frame_poses, slid, tables_of_screws, turned
+from mafsil.model.dh_frames import Freedom, frame_choices, frame_poses, slid, tables_of_screws, turn_frame
 from mafsil.model.dh_from_axes import dh_from_mechanism, dh_from_screws
 from mafsil.model.library import textbook
 
@@ -82,14 +82,14 @@ def test_frames_between_parallel_axes_slide_freely(distance, alpha, d, a):
     same_arm(moved, table)
     assert moved.rows[0].d == pytest.approx(distance)
     same_arm(slid(table, 3, distance), table)
-    same_arm(turned(table, 3, distance), table)
+    same_arm(turn_frame(table, 3, distance), table)
 
 
 @settings(deadline=None, max_examples=10)
 @given(st.floats(-3, 3), st.sampled_from([0.0, pi]))
 def test_frames_of_collinear_axes_turn_freely(angle, alpha):
     table = dh_from_mechanism(mechanism_from_dh([DHRow(), DHRow(alpha=alpha, d=0.4), DHRow(alpha=1.0)], "modified"))
-    same_arm(turned(table, 1, angle), table)
+    same_arm(turn_frame(table, 1, angle), table)
 
 
 @pytest.mark.capability("05-15")
@@ -120,7 +120,7 @@ def test_the_last_frame_and_the_tool_give_the_tip(name, convention):
     [
         (lambda: frame_choices(dh_from_mechanism(textbook.rrrp(), "classic")), "dh.modified_only"),
         (lambda: slid(dh_from_mechanism(textbook.spatial3r()), 1, 0.1), "dh.not_free"),
-        (lambda: turned(dh_from_mechanism(textbook.rrrp()), 2, 0.1), "dh.not_free"),
+        (lambda: turn_frame(dh_from_mechanism(textbook.rrrp()), 2, 0.1), "dh.not_free"),
         (lambda: slid(dh_from_mechanism(textbook.rrrp()), 9, 0.1), "dh.no_frame"),
     ],
 )

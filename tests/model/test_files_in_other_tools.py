@@ -112,4 +112,4 @@ def test_random_robots_come_back_to_us(seed: int, tool: ModuleType) -> None:
         if link.inertial is not None:
             assert bodies[link.name].mass == link.inertial.mass
     assert not {link.name for link in again.links if link.inertial} - set(mechanism.link_names)
-    assert again.tip.rstrip("_") in (mechanism.tip, "tip", "tcp") or "for the tip" in text
+    assert again.tip.rstrip("_") in (mechanism.tip, "tip", "tcp") or "default tip" in text

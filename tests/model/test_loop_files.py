@@ -57,7 +57,7 @@ def test_the_urdf_moves_as_the_mjcf_file_does(kind, tmp_path):
     order = [names[1].index(name) for name in names[0]]
     assert [ours.joint_names[k] for k in one.actuated] == ["shoulder", "lever"]
     rng = np.random.default_rng(0)
-    start = two.closed(rng.uniform(-0.4, 0.4, (20, 4)), hold=["shoulder", "lever"])
+    start = two.close_loops(rng.uniform(-0.4, 0.4, (20, 4)), hold=["shoulder", "lever"])
     assert start
     qd = two.rates(start.q, rng.normal(size=(20, 4)))
     tau = rng.normal(size=(20, 4))
@@ -140,7 +140,7 @@ def test_xacro_and_sdf_have_loops_beside_them_too(written, tmp_path):
     assert [one.robot.joint_names[k] for k in one.actuated] == ["shoulder", "lever"]
     assert one.robot.joint_names == two.robot.joint_names
     rng = np.random.default_rng(1)
-    q = two.closed(rng.uniform(-0.4, 0.4, (10, 4)), hold=["shoulder", "lever"]).q
+    q = two.close_loops(rng.uniform(-0.4, 0.4, (10, 4)), hold=["shoulder", "lever"]).q
     assert one.error(q).max() < 1e-12
     qd, tau = two.rates(q, rng.normal(size=(10, 4))), rng.normal(size=(10, 2))
     found, expected = one.forward_dynamics(q, qd, tau).qdd, two.forward_dynamics(q, qd, tau).qdd
@@ -174,7 +174,7 @@ def test_joints_that_the_file_cannot_say(tmp_path):
     assert [arm.joint_names[k] for k in chain.actuated] == ["shoulder", "lever"]
     assert mf.mobility(arm.mechanism).mobility == 8 - 3
     plain = mf.load(urdf(tmp_path), tip="forearm")
-    q = ClosedChain(plain).closed([0.2, 0.3, -0.1, 0.4]).q
+    q = ClosedChain(plain).close_loops([0.2, 0.3, -0.1, 0.4]).q
     wide = np.zeros(arm.n)
     for name, value in zip(plain.joint_names, q, strict=True):
         wide[arm.joint_names.index({"elbow": "elbow/axis2", "lever": "lever/axis2"}.get(name, name))] = value

@@ -85,22 +85,22 @@ def test_parts_together():
     half = mp.box(2.0, [0.1, 0.2, 0.3])
     places = [np.eye(4), np.eye(4)]
     places[0][0, 3], places[1][0, 3] = -0.05, 0.05
-    close(mp.combined([(half, T) for T in places]), mp.box(4.0, [0.2, 0.2, 0.3]))
+    close(mp.combine_bodies([(half, T) for T in places]), mp.box(4.0, [0.2, 0.2, 0.3]))
     turn = np.eye(4)
     turn[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    close(mp.combined([(half, turn)]), mp.box(2.0, [0.2, 0.1, 0.3]))
+    close(mp.combine_bodies([(half, turn)]), mp.box(2.0, [0.2, 0.1, 0.3]))
 
 
 @pytest.mark.capability("09-29")
 def test_bodies_united_with_massless_ones():
     body, rotor = mp.particles([2.0], [[1.0, 0, 0]]), Inertial(0.0, np.zeros(3), np.diag([1.0, 2, 3]))
-    assert mp.united() is None
-    assert mp.united(None, body) is body
-    close(mp.united(rotor, None, body), Inertial(2.0, body.com, rotor.inertia))
-    close(mp.united(rotor, rotor), Inertial(0.0, np.zeros(3), 2 * rotor.inertia))
-    close(mp.united(body, mp.particles([2.0], [[-1.0, 0, 0]])), Inertial(4.0, np.zeros(3), np.diag([0.0, 4, 4])))
+    assert mp.unite_bodies() is None
+    assert mp.unite_bodies(None, body) is body
+    close(mp.unite_bodies(rotor, None, body), Inertial(2.0, body.com, rotor.inertia))
+    close(mp.unite_bodies(rotor, rotor), Inertial(0.0, np.zeros(3), 2 * rotor.inertia))
+    close(mp.unite_bodies(body, mp.particles([2.0], [[-1.0, 0, 0]])), Inertial(4.0, np.zeros(3), np.diag([0.0, 4, 4])))
     with pytest.raises(ModelError):
-        mp.combined([(rotor, np.eye(4))])
+        mp.combine_bodies([(rotor, np.eye(4))])
 
 
 @pytest.mark.capability("09-29")

@@ -15,7 +15,7 @@ from mafsil.model import table as table_package
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.exponential_products import screws
 from mafsil.model.exponentials import mechanism_from_screws
-from mafsil.model.table import formatted, parse, read, write
+from mafsil.model.table import format_table, parse, read, write
 from mafsil.model.table.reading import SIZE_LIMIT
 from mafsil.model.table.text import line_of, toml_text
 
@@ -54,7 +54,7 @@ def test_every_robot_of_the_library_comes_back_to_the_last_bit(name, tmp_path):
 def test_helical_joints_and_oblique_axes_come_back():
     arm = mechanism_from_screws([[0, 0, 1, 0, -1, 0.1], [0.6, 0, 0.8, 0, 0, 0]], np.eye(4))
     oblique = replace(arm.joints[1], axis=np.array([0.6, 0.0, 0.8]), T_pj=np.eye(4))
-    assert_same(parse(formatted(replace(arm, joints=(arm.joints[0], oblique)))), replace(
+    assert_same(parse(format_table(replace(arm, joints=(arm.joints[0], oblique)))), replace(
         arm, joints=(arm.joints[0], oblique)), atol=1e-16)  # fmt: skip
 
 
@@ -63,7 +63,7 @@ def test_any_name_and_note_survives(text):
     text = text.encode("utf-8", "ignore").decode()
     robot = mechanism_from_dh([DHRow()], "modified", name=text, joint_names=["joint" + text])
     robot = replace(robot, provenance=replace(robot.provenance, source=text, notes=(text, "")))
-    assert_same(parse(formatted(robot)), robot)
+    assert_same(parse(format_table(robot)), robot)
 
 
 # ---- meaning
@@ -291,7 +291,7 @@ SECOND = Joint("j2", JointKind.REVOLUTE, "a", "b")
 def test_what_a_table_cannot_hold_is_not_written(robot, lost, part):
     """The sentence names the one thing that would be lost."""
     with pytest.raises(ModelError, match=part) as caught:
-        formatted(robot)
+        format_table(robot)
     assert caught.value.details["loss"].key == f"table.lost_{lost}"
     assert caught.value.message("en") != caught.value.message("ar")
 

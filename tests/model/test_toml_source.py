@@ -10,8 +10,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import FileError
-from mafsil.grasp import read_grasp_file
-from mafsil.job.reading import parse as parse_job
+from mafsil.grasp import read_grasp
+from mafsil.job.reading import parse_job
 from mafsil.toml_source import LONGEST_KEY, parsed_toml
 from tests.budget import within
 
@@ -30,7 +30,7 @@ ENDLESS = {
 def test_keys_without_end_are_refused_at_once_by_every_reader(text: str, tmp_path: Path) -> None:
     path = tmp_path / "a.toml"
     path.write_text(text)
-    for read in (lambda: mf.load(path), lambda: parse_job(text, "a.toml"), lambda: read_grasp_file(path)):
+    for read in (lambda: mf.load(path), lambda: parse_job(text, "a.toml"), lambda: read_grasp(path)):
 
         def refuse(read: Callable[[], object] = read) -> None:
             with pytest.raises(FileError):

@@ -54,7 +54,7 @@ def test_robot_and_mechanism_have_the_same_variants():
     pairs = [
         (robot.with_tool(T_TOOL, mass=MASS, com=COM), mechanism.with_tool(T_TOOL, mass=MASS, com=COM)),
         (robot.with_payload(MASS, com=COM), mechanism.with_payload(MASS, com=COM)),
-        (robot.locked({"joint3": 0.4}), mechanism.locked({"joint3": 0.4})),
+        (robot.with_locked_joints({"joint3": 0.4}), mechanism.with_locked_joints({"joint3": 0.4})),
         (robot.with_tip("link4"), mechanism.with_tip("link4")),
     ]
     for ours, theirs in pairs:
@@ -73,7 +73,7 @@ def test_tool_without_mass_and_no_tool_at_all():
 @pytest.mark.capability("05-44")
 def test_held_joint_stays_where_it_is_held():
     robot = mf.load("panda")
-    held = robot.locked({"joint3": 0.4, "joint7": -0.2})
+    held = robot.with_locked_joints({"joint3": 0.4, "joint7": -0.2})
     q = motion(robot)[0]
     q[:, 2], q[:, 6] = 0.4, -0.2
     assert held.joint_names == tuple(f"joint{k}" for k in (1, 2, 4, 5, 6))
@@ -92,7 +92,7 @@ def pair(multiplier=-0.5, offset=0.01):
 
 @pytest.mark.parametrize("held", [{"left": 0.03}, {"right": -0.005}, {"left": 0.03, "right": -0.005}])
 def test_a_mimic_pair_is_held_together_by_either_member(held):
-    free, fixed = pair(), pair().locked(held)
+    free, fixed = pair(), pair().with_locked_joints(held)
     assert fixed.joint_names == ("turn",)
     for frame in ("left", "right"):
         T = fixed.forward_kinematics([0.7], frame=frame)
@@ -110,14 +110,14 @@ def test_a_mimic_pair_is_held_together_by_either_member(held):
 )
 def test_what_cannot_be_held_is_said(held, error, key):
     with pytest.raises(error) as caught:
-        pair().locked(held)
+        pair().with_locked_joints(held)
     assert caught.value.key == key
     assert caught.value.message("en") != caught.value.message("ar")
 
 
 def test_follower_that_never_moves_cannot_set_its_leader():
     with pytest.raises(ModelError) as caught:
-        pair(multiplier=0.0).locked({"right": 0.5})
+        pair(multiplier=0.0).with_locked_joints({"right": 0.5})
     assert caught.value.key == "dh.lock_idle"
 
 

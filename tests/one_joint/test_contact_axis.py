@@ -131,7 +131,7 @@ def test_virtual_walls():
     limit = float(one_joint.stiffest_stable_wall(m, 2.0, 5e-3))
     arm = one_joint.JointArm.of(m, friction=2.0)
     for factor in (0.97, 1.03):
-        run = one_joint.run_sampled(arm, one_joint.JointLaw.pid(factor * limit), 0.0, 5.0, period=5e-3, start=0.01)
+        run = one_joint.simulate_sampled(arm, one_joint.JointLaw.pid(factor * limit), 0.0, 5.0, period=5e-3, start=0.01)
         assert (np.abs(run.error[-100:]).max() < np.abs(run.error[400:500]).max()) == (factor < 1)
 
 

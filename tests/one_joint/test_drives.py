@@ -92,7 +92,7 @@ def test_what_a_drive_can_do():
     assert high == pytest.approx(0.0, abs=1e-12)
     assert low == pytest.approx(-3.0)
     assert float(motor.stall_torque) == pytest.approx(1.5)
-    answer = one_joint.drive(motor, [1.0, 1.0, -1.0], [0.0, 300.0, 300.0])
+    answer = one_joint.operating_point(motor, [1.0, 1.0, -1.0], [0.0, 300.0, 300.0])
     assert [bool(each) for each in answer] == [True, False, True]
     assert "31 V" in next(each for each in answer if not each).explain()
 
@@ -165,7 +165,7 @@ def test_back_emf_of_a_turning_rotor_is_that_of_the_circuit():
 
 @pytest.mark.capability("10-7", "10-44")
 def test_current_voltage_and_losses_of_a_drive():
-    found = one_joint.drive(Motor.of(0.05, 0.8, 4e-4, 24.0), [0.5, -0.2], [200.0, 100.0])
+    found = one_joint.operating_point(Motor.of(0.05, 0.8, 4e-4, 24.0), [0.5, -0.2], [200.0, 100.0])
     np.testing.assert_allclose(found.current, [10.0, -4.0])
     np.testing.assert_allclose(found.voltage, [0.8 * 10.0 + 10.0, -0.8 * 4.0 + 5.0])
     np.testing.assert_allclose(found.losses, [80.0, 12.8])
@@ -216,7 +216,7 @@ def test_a_joint_ruled_by_friction_is_of_first_order():
         lambda: Motor.of(0.0, 1.0, 1.0, 1.0),
         lambda: ElasticJoint.of(1.0, 1.0, -5.0),
         lambda: ElasticJoint.of(1.0, 1.0, 5.0).pd_loop(1.0, 1.0, "gear"),
-        lambda: one_joint.drive("motor", 1.0, 1.0),
+        lambda: one_joint.operating_point("motor", 1.0, 1.0),
         lambda: one_joint.drives.staged_efficiency(10.0, 1.0),
     ],
 )

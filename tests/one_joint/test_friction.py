@@ -57,7 +57,7 @@ def test_arm_held_by_stiction_does_not_creep():
     arm = JointArm.of(0.5, 1.0, 0.1, SpeedFriction.static_kinetic([1.0, 0.9], 0.6))
     np.testing.assert_array_equal(arm.moves_from_rest(0.0, 0.0), [False, True])
     np.testing.assert_array_equal(arm.acceleration(0.0, 0.0, 0.0) == 0.0, [True, False])
-    run = one_joint.run_sampled(arm, JointLaw.pid(), 0.0, 100.0, period=0.01)
+    run = one_joint.simulate_sampled(arm, JointLaw.pid(), 0.0, 100.0, period=0.01)
     assert (run.theta[0] == 0.0).all(), "set-valued: not a tanh that creeps"
     assert run.theta[1, -1] < -0.1
 
@@ -66,7 +66,7 @@ def test_arm_held_by_stiction_does_not_creep():
 @pytest.mark.parametrize("name", LAWS)
 def test_free_slide_stops_where_it_should(name):
     law = LAWS[name]
-    run = one_joint.run_sampled(JointArm.of(0.5, friction=law), JointLaw.pid(), 0.0, 20.0, period=0.01, speed=1.0)
+    run = one_joint.simulate_sampled(JointArm.of(0.5, friction=law), JointLaw.pid(), 0.0, 20.0, period=0.01, speed=1.0)
     assert (np.abs(np.diff(run.speed)) <= 0.02 * 1.2).all()
     # Work of friction = energy lost: integral of tau w dt.
     lost = np.trapezoid(law.torque(run.speed) * run.speed, run.t)
@@ -79,7 +79,7 @@ def test_free_slide_stops_where_it_should(name):
 @pytest.mark.capability("10-16")
 def test_coulomb_slide_in_closed_form():
     b, M, w0 = 0.5, 0.5, 1.3
-    run = one_joint.run_sampled(
+    run = one_joint.simulate_sampled(
         JointArm.of(M, friction=SpeedFriction.coulomb(b)), JointLaw.pid(), 0.0, 3.0, period=0.07 / 0.7 / 2, speed=w0
     )
     assert run.theta[-1] == pytest.approx(M * w0**2 / (2 * b), abs=1e-12)
@@ -89,7 +89,7 @@ def test_coulomb_slide_in_closed_form():
 def test_stick_slip_of_the_loop_is_the_closed_form():
     friction = SpeedFriction.static_kinetic(0.9, 0.6)
     cycle = one_joint.drives.stick_slip(0.5, 20.0, 0.9, 0.6, 0.1)
-    run = one_joint.run_sampled(
+    run = one_joint.simulate_sampled(
         JointArm.of(0.5, friction=friction),
         JointLaw.pid(20.0),
         lambda t: (0.1 * t, 0.1 + 0 * t, 0 * t),
@@ -108,7 +108,7 @@ def test_stick_slip_of_the_loop_is_the_closed_form():
 def test_pid_hunts_only_if_static_is_above_kinetic_friction():
     law = JointLaw.pid(20.0, 10.0, 2.0)
     arm = JointArm.of(0.5, friction=SpeedFriction.static_kinetic([0.9, 0.6], 0.6))
-    run = one_joint.run_sampled(arm, law, 1.0, 200.0, period=0.01, substeps=2)
+    run = one_joint.simulate_sampled(arm, law, 1.0, 200.0, period=0.01, substeps=2)
     late = np.abs(run.error[:, -10000:]).max(axis=1)
     assert late[0] > 0.01
     assert late[1] < 1e-3
@@ -131,7 +131,7 @@ def test_slow_reversals_leave_a_lobe_that_a_friction_model_or_high_gains_take_aw
         return 0.3 * np.sin(0.8 * t), 0.24 * np.cos(0.8 * t), -0.192 * np.sin(0.8 * t)
 
     def run(law, joint=arm):
-        return one_joint.run_sampled(joint, law, slow, 6.0, period=1e-3, speed=0.24, substeps=2)
+        return one_joint.simulate_sampled(joint, law, slow, 6.0, period=1e-3, speed=0.24, substeps=2)
 
     def errors(law, joint=arm):
         return np.abs(run(law, joint).error)
@@ -154,7 +154,7 @@ def test_dither_loosens_a_joint_that_sticks():
     """A sine on the torque, larger than the static friction: the joint comes to its goal, trembling a little."""
     arm, law = JointArm.of(0.5, friction=SpeedFriction.static_kinetic(0.5, 0.45)), JointLaw.pid(8.0, 0.0, 4.0)
     conditions = LoopConditions(dither=[0.0, 1.5], dither_frequency=60.0)
-    run = one_joint.run_sampled(arm, law, 0.05, 6.0, period=1e-3, conditions=conditions, substeps=2)
+    run = one_joint.simulate_sampled(arm, law, 0.05, 6.0, period=1e-3, conditions=conditions, substeps=2)
     late = run.error[:, -500:]
     assert (late[0] == 0.05).all(), "8 N m/rad times 0.05 rad is less than what friction holds"
     assert abs(late[1].mean()) < 3e-3
@@ -163,7 +163,7 @@ def test_dither_loosens_a_joint_that_sticks():
     parts = run.parts.sum(axis=-1)
     np.testing.assert_allclose(run.torque[1] - parts[1], 1.5 * np.sin(60.0 * run.t[1]), atol=1e-9)
     with pytest.raises(InputError, match="dither_frequency"):
-        one_joint.run_sampled(
+        one_joint.simulate_sampled(
             arm, law, 0.05, 1.0, period=0.02, conditions=LoopConditions(dither=0.1, dither_frequency=200.0)
         )
 
@@ -178,7 +178,7 @@ def test_friction_in_the_model_removes_the_error_of_feedforward():
         return 0.5 * t - 0.25 * np.sin(2 * t), 0.5 - 0.5 * np.cos(2 * t), np.sin(2 * t)
 
     errors = [
-        one_joint.run_sampled(arm, JointLaw.feedforward(model), reference, 3.0, period=1e-3).largest_error
+        one_joint.simulate_sampled(arm, JointLaw.feedforward(model), reference, 3.0, period=1e-3).largest_error
         for model in (arm, blind)
     ]
     assert errors[0] < 0.01 < 0.3 < errors[1]
@@ -210,7 +210,7 @@ def test_stiction_and_the_weight_of_the_link():
         lambda: SpeedFriction.stribeck(0.9, 0.6, 0.1, 0.0),
         lambda: LAWS["coulomb"].holds(np.nan),
         lambda: one_joint.drives.stick_slip(0.5, 20.0, 0.5, 0.6, 0.1),
-        lambda: one_joint.run(JointArm.of(0.5, friction=LAWS["coulomb"]), JointLaw.pid(1.0), 0.0, 1.0),
+        lambda: one_joint.simulate_joint(JointArm.of(0.5, friction=LAWS["coulomb"]), JointLaw.pid(1.0), 0.0, 1.0),
     ],
 )
 def test_wrong_input(wrong):

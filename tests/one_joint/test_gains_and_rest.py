@@ -77,7 +77,7 @@ def test_rest_under_gravity_balances(kp, load, goal):
 def test_rest_of_an_arm():
     panda = mf.load("panda")
     kp, goal = np.full(7, 400.0), np.array([0.1, 0.4, -0.3, -1.5, 0.2, 1.4, 0.3])
-    rest = one_joint.rest_of_joints(kp, panda.gravity_torque, goal)
+    rest = one_joint.steady_state_of_joints(kp, panda.gravity_torque, goal)
     assert rest.status is one_joint.steady_error.RestStatus.FOUND, "whether there are others was not looked at"
     np.testing.assert_allclose(kp * rest.error, panda.gravity_torque(goal - rest.error), atol=1e-9)
 
@@ -115,7 +115,7 @@ def test_rest_of_joints_that_a_matrix_of_gains_holds():
         return np.array([3.0 * np.cos(q[0]) + np.cos(q[0] + q[1]), np.cos(q[0] + q[1])])
 
     goal = np.array([0.4, -0.9])
-    rest = one_joint.rest_of_joints(K, gravity, goal)
+    rest = one_joint.steady_state_of_joints(K, gravity, goal)
     found = fsolve(lambda e: K @ e - gravity(goal - e), np.zeros(2), xtol=1e-13)
     np.testing.assert_allclose(rest.error, found, atol=1e-10)
     np.testing.assert_allclose(rest.torque, K @ found, atol=1e-9)
@@ -127,7 +127,7 @@ def test_rest_of_joints_that_a_matrix_of_gains_holds():
         lambda: one_joint.kp_for_damping_ratio(0.5, 2.0, 0.0),
         lambda: one_joint.ki_limit(0.5, -1.0, 2.0),
         lambda: one_joint.steady_state_error(0.0, 1.0, 0.0),
-        lambda: one_joint.rest_of_joints(1.0, 3.0, [0.0]),
+        lambda: one_joint.steady_state_of_joints(1.0, 3.0, [0.0]),
         lambda: one_joint.TrackingError.of(0.5, 0.1, np.nan),
         lambda: one_joint.TrackingError.of(0.5, 0.1, 1.0).sine([0.0]),
         lambda: one_joint.pd_for_settling(0.5, 0.1, 1.0, 1.0, band=2.0),

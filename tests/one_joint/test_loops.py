@@ -117,7 +117,9 @@ def test_margins_of_a_loop_with_much_phase_against_a_sweep():
 def test_spectral_radius_is_what_runs_show():
     for law, delay in ((NOMINAL, 0), (NOMINAL, 30), (NOMINAL, 36), (JointLaw.pid(2.205, 0.0, 2.0), 10)):
         stability = one_joint.sampled_stability(ARM, law, 0.01, delay)
-        run = one_joint.run_sampled(ARM, law, 0.0, 20.0, period=0.01, start=1.0, conditions=LoopConditions(delay=delay))
+        run = one_joint.simulate_sampled(
+            ARM, law, 0.0, 20.0, period=0.01, start=1.0, conditions=LoopConditions(delay=delay)
+        )
         size = np.abs(run.error).reshape(-1)[:2000].reshape(4, 500).max(axis=1)
         assert (size[3] < size[2]) == bool(stability)
         grown = (size[3] / size[2]) ** (1 / 500)
@@ -128,9 +130,9 @@ def test_spectral_radius_is_what_runs_show():
 @pytest.mark.capability("10-104", "10-9")
 def test_rate_of_the_loop():
     """Faster loops come near the continuous one, in proportion to the period, and then gain nothing."""
-    still = one_joint.run(ARM, NOMINAL, 1.0, 10.0).rms_error
+    still = one_joint.simulate_joint(ARM, NOMINAL, 1.0, 10.0).rms_error
     periods = [0.08, 0.04, 0.02, 0.01]
-    errors = [abs(one_joint.run_sampled(ARM, NOMINAL, 1.0, 10.0, period=T).rms_error - still) for T in periods]
+    errors = [abs(one_joint.simulate_sampled(ARM, NOMINAL, 1.0, 10.0, period=T).rms_error - still) for T in periods]
     assert errors == sorted(errors, reverse=True)
     assert errors[3] < 0.2 * errors[0]
     assert not one_joint.sampled_stability(ARM, NOMINAL, 0.6)

@@ -25,7 +25,7 @@ def test_the_arm():
     np.testing.assert_allclose(ARM.acceleration(theta, speed, tau), acceleration)
     np.testing.assert_allclose(tau, 0.5 * acceleration + ARM.bias(theta, speed))
     free = JointArm.of(0.5, 1.0, [0.1, 0.0])
-    run = one_joint.run(free, JointLaw.pid(), 0.0, 30.0, start=0.3, speed=1.0, step=2e-3)
+    run = one_joint.simulate_joint(free, JointLaw.pid(), 0.0, 30.0, start=0.3, speed=1.0, step=2e-3)
     energy = free.energy(run.theta.T, run.speed.T)
     np.testing.assert_allclose(energy, energy[0] + 0 * energy, atol=1e-9)
     np.testing.assert_allclose(energy[0], [0.5 / 2 + 9.81 * 0.1 * np.sin(0.3), 0.5 / 2], rtol=1e-12)
@@ -34,7 +34,7 @@ def test_the_arm():
 @pytest.mark.capability("10-20", "10-21", "10-22")
 def test_pd_is_a_spring_and_a_damper():
     law = JointLaw.pid([2.0, 5.0, 40.0], 0.0, 1.5)
-    run = one_joint.run(FLAT, law, 1.0, 4.0)
+    run = one_joint.simulate_joint(FLAT, law, 1.0, 4.0)
     loop = SecondOrder.of_joint(0.5, 1.6, law.kp)
     np.testing.assert_allclose(run.error, loop.response(run.t[0]), atol=1e-9)
     np.testing.assert_allclose(law.error_dynamics(FLAT).response(run.t[0], [1.0, 0.0]), run.error, atol=1e-9)
@@ -53,7 +53,7 @@ def test_letters_of_laws():
 @pytest.mark.capability("10-22", "10-34")
 def test_pid_error_is_of_third_order():
     law = JointLaw.pid(2.205, 1.0, 2.0)
-    run = one_joint.run(FLAT, law, 1.0, 12.0)
+    run = one_joint.simulate_joint(FLAT, law, 1.0, 12.0)
     third = law.error_dynamics(FLAT)
     assert third.order == 3
     # e(0) = 1, e' = 0, M e'' = -(b + Kd) e' - Kp e - Ki 0.
@@ -66,9 +66,9 @@ def test_pid_error_is_of_third_order():
 @pytest.mark.capability("10-38", "10-40")
 def test_exact_models_track_exactly():
     for law in (JointLaw.feedforward(ARM), JointLaw.computed_torque(ARM, 4.0, 0.5, 4.0)):
-        run = one_joint.run(ARM, law, sine, 6.0, start=0.0, speed=1.0)
+        run = one_joint.simulate_joint(ARM, law, sine, 6.0, start=0.0, speed=1.0)
         assert run.largest_error < 1e-9
-    late = one_joint.run(ARM, JointLaw.computed_torque(ARM, 4.0, 0.0, 4.0), sine, 6.0, start=-0.5, speed=1.0)
+    late = one_joint.simulate_joint(ARM, JointLaw.computed_torque(ARM, 4.0, 0.0, 4.0), sine, 6.0, start=-0.5, speed=1.0)
     np.testing.assert_allclose(late.error, SecondOrder.of(2.0, 1.0).response(late.t, 0.5, 0.0), atol=1e-9)
 
 
@@ -82,7 +82,7 @@ def test_continuous_runs_against_scipy():
         tau = 0.4 * a + 0.08 * 9.81 * np.cos(u) + 0.05 * v + 3.0 * e + 0.7 * y[2] + 1.0 * (v - y[1])
         return [y[1], (tau - 0.981 * np.cos(y[0]) - 0.1 * y[1]) / 0.5, e]
 
-    run = one_joint.run(ARM, law, sine, 5.0, start=0.4)
+    run = one_joint.simulate_joint(ARM, law, sine, 5.0, start=0.4)
     peer = solve_ivp(slope, (0, 5), [0.4, 0, 0], "DOP853", run.t[::1000], rtol=1e-11, atol=1e-12)
     np.testing.assert_allclose(run.theta[::1000], peer.y[0], atol=1e-9)
 
@@ -106,7 +106,7 @@ def test_compiled_loop_is_the_loop_with_callbacks(kind):
             0.01, inertia=lambda q: np.diag(model.inertia + 0 * q), bias=model.bias, feedforward=True
         ),
     }[kind]()
-    run = one_joint.run_sampled(
+    run = one_joint.simulate_sampled(
         ARM, law, sine, 2.0, period=0.01, start=0.3, conditions=LoopConditions(filter_time=0.02)
     )
     state, torques = [np.array([0.3]), np.array([0.0])], []
@@ -144,7 +144,7 @@ def test_anti_windup():
     overshoot, cost = {}, {}
     for kind in ("off", "hold", "back_calculation"):
         conditions = LoopConditions(torque_limit=2.0, anti_windup=kind, tracking_time=0.3)
-        run = one_joint.run_sampled(FLAT, law, 3.0, 40.0, period=5e-3, conditions=conditions)
+        run = one_joint.simulate_sampled(FLAT, law, 3.0, 40.0, period=5e-3, conditions=conditions)
         assert np.abs(run.torque).max() <= 2.0
         assert abs(run.error[-1]) < 2e-3
         overshoot[kind], cost[kind] = -run.error.min(), run.rms_error
@@ -155,7 +155,7 @@ def test_anti_windup():
 @pytest.mark.capability("10-93")
 def test_runs_that_grow_say_so():
     law = JointLaw.pid([2.205, 400.0], 0.0, 2.0)
-    run = one_joint.run_sampled(FLAT, law, 1.0, 60.0, period=0.01, conditions=LoopConditions(delay=20))
+    run = one_joint.simulate_sampled(FLAT, law, 1.0, 60.0, period=0.01, conditions=LoopConditions(delay=20))
     assert [bool(each) for each in run] == [True, False]
     assert np.isnan(run.theta[1, -1])
     assert "diverged" in next(each for each in run if not each).explain()
@@ -170,7 +170,9 @@ def test_quantum_delay_and_limit_against_the_loop_in_plain_python(anti_windup):
     conditions = LoopConditions(
         torque_limit=limit, anti_windup=anti_windup, tracking_time=back, delay=2, quantum=quantum, filter_time=lag
     )
-    run = one_joint.run_sampled(FLAT, JointLaw.pid(kp, ki, kd), 1.0, 2.0, period=T, start=0.123, conditions=conditions)
+    run = one_joint.simulate_sampled(
+        FLAT, JointLaw.pid(kp, ki, kd), 1.0, 2.0, period=T, start=0.123, conditions=conditions
+    )
     q, w, total, rate, before, late = 0.123, 0.0, 0.0, 0.0, None, [0.0, 0.0]
     a, e = np.exp(-T / lag), np.exp(-b * T / M)
     thetas, torques = [], []
@@ -198,12 +200,12 @@ def test_quantum_delay_and_limit_against_the_loop_in_plain_python(anti_windup):
 @pytest.mark.capability("10-12")
 def test_errors_are_read_at_times_and_runs_that_grew_say_when():
     law = JointLaw.pid(2.205, 0.0, 2.0)
-    run = one_joint.run(FLAT, law, 1.0, 4.0, step=0.02)
+    run = one_joint.simulate_joint(FLAT, law, 1.0, 4.0, step=0.02)
     exact = SecondOrder.of_joint(0.5, 2.1, 2.205).response([0.5, 2.0, 4.0])
     np.testing.assert_allclose(run.error_at([0.5, 2.0, 4.0]), exact, atol=1e-6)
     assert run.rms_error == pytest.approx(np.sqrt(np.trapezoid(run.error**2, run.t) / 4.0))
     late = LoopConditions(delay=20)
-    wild = one_joint.run_sampled(FLAT, JointLaw.pid(400.0, 0.0, 2.0), 1.0, 60.0, period=0.01, conditions=late)
+    wild = one_joint.simulate_sampled(FLAT, JointLaw.pid(400.0, 0.0, 2.0), 1.0, 60.0, period=0.01, conditions=late)
     last = np.flatnonzero(np.isfinite(wild.theta))[-1]
     assert f"{wild.t[last]:.6g} s" in wild.explain()
 
@@ -211,15 +213,15 @@ def test_errors_are_read_at_times_and_runs_that_grew_say_when():
 @pytest.mark.parametrize(
     "wrong",
     [
-        lambda: one_joint.run(ARM, JointLaw.pid(1.0), 0.0, 1.0, step=0.3),
-        lambda: one_joint.run(ARM, JointLaw.pid(1.0), 0.0, -1.0),
-        lambda: one_joint.run(ARM, JointLaw.pid(1.0), lambda t: t, 1.0),
-        lambda: one_joint.run(ARM, JointLaw.pid(1.0), np.zeros(3), 1.0),
-        lambda: one_joint.run(ARM, JointLaw.pid([1.0, 2.0]), 0.0, 1.0, start=np.zeros(3)),
-        lambda: one_joint.run(ARM, "pid", 0.0, 1.0),
-        lambda: one_joint.run("arm", JointLaw.pid(1.0), 0.0, 1.0),
-        lambda: one_joint.run(ARM, JointLaw.pid(1.0), np.nan, 1.0),
-        lambda: one_joint.run_sampled(ARM, JointLaw.pid(1.0), 0.0, 1.0, period=0.01, substeps=0),
+        lambda: one_joint.simulate_joint(ARM, JointLaw.pid(1.0), 0.0, 1.0, step=0.3),
+        lambda: one_joint.simulate_joint(ARM, JointLaw.pid(1.0), 0.0, -1.0),
+        lambda: one_joint.simulate_joint(ARM, JointLaw.pid(1.0), lambda t: t, 1.0),
+        lambda: one_joint.simulate_joint(ARM, JointLaw.pid(1.0), np.zeros(3), 1.0),
+        lambda: one_joint.simulate_joint(ARM, JointLaw.pid([1.0, 2.0]), 0.0, 1.0, start=np.zeros(3)),
+        lambda: one_joint.simulate_joint(ARM, "pid", 0.0, 1.0),
+        lambda: one_joint.simulate_joint("arm", JointLaw.pid(1.0), 0.0, 1.0),
+        lambda: one_joint.simulate_joint(ARM, JointLaw.pid(1.0), np.nan, 1.0),
+        lambda: one_joint.simulate_sampled(ARM, JointLaw.pid(1.0), 0.0, 1.0, period=0.01, substeps=0),
         lambda: LoopConditions(anti_windup="some"),
         lambda: LoopConditions(delay=-1),
         lambda: DiscreteLoop(0.01, inertia=lambda q: q),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.text import text_of
 from mafsil.page import show
 from mafsil.report.replay import waiting_scene
@@ -120,7 +120,7 @@ def test_a_field_refuses_what_it_cannot_show(browser: Browser, ur5e: Path) -> No
 
 @pytest.mark.parametrize("path", sorted(JOBS.glob("*.toml")), ids=lambda path: path.stem)
 def test_every_example_opens_with_its_scene(path: Path) -> None:
-    job, robot = parse(text_of(path), path.name, folder=path.parent), robot_of_job(path)
+    job, robot = parse_job(text_of(path), path.name, folder=path.parent), robot_of_job(path)
     scene = waiting_scene(job, robot, path.parent)
     assert scene.q.shape == (1, robot.n)
     assert len(scene.targets) == sum(move.pose is not None for move in job.move)
@@ -166,6 +166,6 @@ def test_the_studio_opens_a_job_with_its_scene_which_follows_the_text(browser: B
         assert 0.02 < np.linalg.norm(np.subtract(after, before)) < 0.4
         text = studio.jobs.job["text"]
         assert f"position = [{', '.join(f'{value:g}' for value in after)}]" in text
-        assert [move.pose.position for move in parse(text).move if move.name == "set down"] == [tuple(after)]
+        assert [move.pose.position for move in parse_job(text).move if move.name == "set down"] == [tuple(after)]
         browser.wait(f"document.getElementById('job').value === {json.dumps(text)}")
         studio.server.shutdown()

@@ -130,7 +130,7 @@ def test_loads_are_those_of_the_loops() -> None:
         for way in (h, -h):
             q = session.q.copy()
             q[joint] += way
-            energies.append(float(robot.potential_energy(chain.closed(q, hold=chain.actuated, tries=1).q)))
+            energies.append(float(robot.potential_energy(chain.close_loops(q, hold=chain.actuated, tries=1).q)))
         assert tau[k] == pytest.approx((energies[0] - energies[1]) / (2 * h), abs=1e-6)
     assert np.abs(tau - np.asarray(robot.gravity_torque(session.q))[chain.actuated]).max() > 0.5
 

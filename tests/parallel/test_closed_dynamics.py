@@ -112,10 +112,10 @@ def test_loops_are_closed_from_nearby(seed):
     rng = np.random.default_rng(seed)
     mechanism, q = random_chain(np.random.default_rng(seed % 8), KINDS[seed % 8])
     chain = parallel.ClosedChain(mechanism)
-    found = chain.closed(q + rng.uniform(-0.05, 0.05, (5, chain.n)))
+    found = chain.close_loops(q + rng.uniform(-0.05, 0.05, (5, chain.n)))
     np.testing.assert_array_equal(found.found, chain.error(found.q) <= found.tolerance)
     assert found.found.all()
-    fixed = chain.closed(q + 0.02, hold=["j0", "j5"])
+    fixed = chain.close_loops(q + 0.02, hold=["j0", "j5"])
     assert fixed
     assert fixed.q[0] == q[0] + 0.02
     assert fixed.q[5] == q[5] + 0.02
@@ -125,12 +125,12 @@ def test_where_one_search_fails_others_begin_near_it():
     rng = np.random.default_rng(2)
     mechanism, q = random_chain(rng, JointKind.FIXED, 7)
     chain, starts = parallel.ClosedChain(mechanism), q + rng.uniform(-3, 3, (40, 7))
-    alone, tried = chain.closed(starts, tries=1), chain.closed(starts)
+    alone, tried = chain.close_loops(starts, tries=1), chain.close_loops(starts)
     assert alone.found.sum() < 35
     assert tried.found.all()
     np.testing.assert_array_equal(tried.q[alone.found], alone.q[alone.found])
     assert (chain.error(tried.q) <= tried.tolerance).all()
-    held = chain.closed(starts[:5], hold=["j2"])
+    held = chain.close_loops(starts[:5], hold=["j2"])
     np.testing.assert_array_equal(held.q[:, 2], starts[:5, 2])
     failed = np.flatnonzero(~alone.found)
     gaps = chain.loop_errors(alone.q[failed])
@@ -140,7 +140,7 @@ def test_where_one_search_fails_others_begin_near_it():
 
 def test_a_planar_four_bar_asks_the_same_three_times():
     chain = parallel.ClosedChain(four_bar())
-    start = chain.closed([0.5, 0.5, 1.5], hold=["A"])
+    start = chain.close_loops([0.5, 0.5, 1.5], hold=["A"])
     assert start
     found = chain.forward_dynamics(start.q, np.zeros(3), [1.0])
     assert (found.rank, found.redundant) == (2, 3)
@@ -160,7 +160,7 @@ def test_a_planar_four_bar_asks_the_same_three_times():
 
 def test_ten_seconds_keep_energy_and_loops():
     chain = parallel.ClosedChain(four_bar())
-    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     fine, coarse = (parallel.simulate_closed(chain, q, duration=2.0, step=h) for h in (2e-3, 4e-3))
     assert fine
     drift = [np.abs(run.energy - run.energy[0]).max() for run in (fine, coarse)]
@@ -176,7 +176,7 @@ def test_ten_seconds_keep_energy_and_loops():
 
 def test_work_of_the_motor_is_the_change_of_energy():
     chain = parallel.ClosedChain(four_bar())
-    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     run = parallel.simulate_closed(
         chain, np.stack([q, q]), efforts=lambda t, q, qd: [[5 * np.sin(3 * t)], [0.0]], duration=1.0, step=1e-3
     )
@@ -193,18 +193,18 @@ def test_what_cannot_be_is_said():
     with pytest.raises(ModelError, match="nowhere"):
         parallel.ClosedChain(mechanism, actuated=("nowhere",))
     chain = parallel.ClosedChain(four_bar())
-    contradictory = chain.closed([0.5, 0.5, 1.5], hold=["A", "B"])
+    contradictory = chain.close_loops([0.5, 0.5, 1.5], hold=["A", "B"])
     assert not contradictory
     assert contradictory.error > 0.1
     assert "nothing is proved" in contradictory.explain("en")
-    too_short = parallel.ClosedChain(four_bar(ground=3.0)).closed([0.5, 0.5, 1.5])
+    too_short = parallel.ClosedChain(four_bar(ground=3.0)).close_loops([0.5, 0.5, 1.5])
     assert not too_short
     assert too_short.error == pytest.approx(3.0 - 0.4 - 1.1 - 0.8, abs=0.4)
     with pytest.raises(InputError, match="does not close"):
         parallel.simulate_closed(chain, [0.5, 0.5, 1.5], duration=1.0)
     with pytest.raises(InputError, match="tau"):
         chain.forward_dynamics(q[:3], q[:3], [np.nan])
-    good = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    good = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     wild = parallel.simulate_closed(chain, good, efforts=lambda t, q, qd: 1e3 * qd[:1] + 1, duration=10, step=0.02)
     assert not wild
     assert wild.status.name in ("LOST", "NOT_FINITE")
@@ -222,7 +222,7 @@ def test_a_mechanism_without_mass_is_told_so_before_it_runs():
 def test_loops_that_cannot_close_say_by_how_much(ground, hold, left):
     """Stretched bars miss 5 - 0.4 - 1.1 - 0.8 m; with both cranks held it is the coupler that is too short or long."""
     chain, q = parallel.ClosedChain(four_bar(ground, 0.4, 1.1, 0.8)), np.array([0.5, 0.3, 2.6])
-    found = chain.closed(q, hold=hold)
+    found = chain.close_loops(q, hold=hold)
     assert not found
     if left is None:
         ends = [0.4 * np.exp(1j * q[0]), ground + 0.8 * np.exp(1j * q[2])]
@@ -244,13 +244,13 @@ def test_at_a_dead_point_a_motor_makes_nothing(driven):
     tau[chain.actuated] = found.tau
     assert tau[2] == pytest.approx(0.0, abs=1e-6)
     assert bool(found) == (driven != ("D",))
-    near = chain.closed(q - [0.2, 0, 0], hold=["A"]).q
+    near = chain.close_loops(q - [0.2, 0, 0], hold=["A"]).q
     assert parallel.ClosedChain(four_bar(driven=driven)).inverse_dynamics(near, np.zeros(3), np.zeros(3))
 
 
 def test_efforts_beyond_all_numbers_end_a_run():
     chain = parallel.ClosedChain(four_bar())
-    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     run = parallel.simulate_closed(chain, q, None, [1e200], duration=0.01)
     assert run.status.name == "NOT_FINITE"
     assert np.isfinite(run.q).all()
@@ -269,7 +269,7 @@ def test_over_constrained_loops_keep_their_energy(seed):
         inertia = 0.01 * half @ half.T + 0.02 * np.eye(3)
         links.append(replace(link, inertial=Inertial(rng.uniform(0.3, 1.0), 0.1 * rng.normal(size=3), inertia)))
     chain = parallel.ClosedChain(replace(bare, links=tuple(links)))
-    q = chain.closed(np.zeros(chain.n)).q
+    q = chain.close_loops(np.zeros(chain.n)).q
     run = parallel.simulate_closed(chain, q, chain.rates(q, 3.0 * rng.normal(size=chain.n)), duration=0.6, step=2e-3)
     assert run
     assert run.error.max() < 1e-10

@@ -40,7 +40,7 @@ def carefully(chain, q, qd, tau):
 def test_redundant_loops_have_one_motion_and_the_shortest_forces(name):
     rng = np.random.default_rng(3)
     chain = parallel.ClosedChain(heavy(getattr(mf.mobility.library, name)(), rng))
-    near = chain.closed(rng.uniform(-0.1, 0.1, (6, chain.n)))
+    near = chain.close_loops(rng.uniform(-0.1, 0.1, (6, chain.n)))
     q = near.q[near.found]
     assert len(q) > 2
     qd, tau = chain.rates(q, rng.normal(size=q.shape)), rng.normal(size=q.shape)
@@ -56,7 +56,7 @@ def test_redundant_loops_have_one_motion_and_the_shortest_forces(name):
 
 def test_a_plane_that_is_tilted_stays_a_plane():
     chain, aside = (parallel.ClosedChain(m) for m in (four_bar(), tilted(four_bar())))
-    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     qd = chain.rates(q, [1.0, 0, 0])
     for each in (chain, aside):
         quick, slow = each.forward_dynamics(q, qd, [1.0]), carefully(each, q, qd, np.array([1.0, 0, 0]))
@@ -97,7 +97,7 @@ def test_a_massless_link_that_loops_hold_accelerates_as_a_light_one():
         body = links[k].inertial
         links[k] = replace(links[k], inertial=replace(body, mass=share * body.mass, inertia=share * body.inertia))
         chains.append(parallel.ClosedChain(replace(drawn, links=tuple(links))))
-    q = chains[1].closed([0.9, -0.5, 1.4]).q
+    q = chains[1].close_loops([0.9, -0.5, 1.4]).q
     none, little = (chain.forward_dynamics([q, q], np.zeros((2, 3)), [[1.0], [-2.0]]) for chain in chains)
     assert none
     assert none.rank.tolist() == [2, 2]
@@ -120,7 +120,7 @@ def test_numbers_that_are_not_finite_are_refused_by_name(bad, place):
 
 def test_efforts_of_all_joints_and_of_the_driven_ones_take_turns():
     chain = parallel.ClosedChain(four_bar())
-    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     qd = chain.rates(q, [1.0, 0, 0])
     for _ in range(2):
         for tau in ([0.7], [0.7, 0.0, 0.0], np.array([0.7]), np.array([[0.7], [0.7], [0.7]])):

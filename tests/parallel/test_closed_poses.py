@@ -33,7 +33,7 @@ def hexapod():
 @pytest.mark.parametrize("seed", range(4))
 def test_planted_poses_of_a_platform_are_found(hexapod, seed):
     rng = np.random.default_rng(seed)
-    planted = hexapod.closed(0.12 * rng.normal(size=hexapod.n))
+    planted = hexapod.close_loops(0.12 * rng.normal(size=hexapod.n))
     assert planted
     T = hexapod.robot.forward_kinematics(planted.q)
     found = closed_inverse_kinematics(hexapod, T, seed=seed)
@@ -69,7 +69,7 @@ def _raised(z):
 @pytest.mark.capability("08-33", "08-35")
 def test_all_ways_to_close_a_palletiser_are_found(palletiser):
     """Two elbows of the tip, two ways to close the parallelogram: four by elementary geometry."""
-    q = palletiser.closed([0.3, 0.2, 0.1, -0.1], hold=["shoulder", "lever"]).q
+    q = palletiser.close_loops([0.3, 0.2, 0.1, -0.1], hold=["shoulder", "lever"]).q
     T = palletiser.robot.forward_kinematics(q)
     found = closed_inverse_kinematics(palletiser, T, task="position", starts=100)
     assert len(found) == 4
@@ -88,14 +88,14 @@ def test_all_ways_to_close_a_palletiser_are_found(palletiser):
 
 
 def test_out_of_its_plane_and_beyond_its_limits(palletiser):
-    q = palletiser.closed([0.3, 0.2, 0.1, -0.1], hold=["shoulder", "lever"]).q
+    q = palletiser.close_loops([0.3, 0.2, 0.1, -0.1], hold=["shoulder", "lever"]).q
     T = palletiser.robot.forward_kinematics(q)
     T[1, 3] = 0.05
     missed = closed_inverse_kinematics(palletiser, T, task="position")
     assert not missed
     assert missed.position_error == pytest.approx(0.05, abs=1e-9)
     assert closed_inverse_kinematics(palletiser, T, task="position", tolerance=0.06)
-    bent = palletiser.closed([-1.5, 0.2, -1.2, 0.1], hold=["shoulder", "lever"])
+    bent = palletiser.close_loops([-1.5, 0.2, -1.2, 0.1], hold=["shoulder", "lever"])
     assert bent
     found = closed_inverse_kinematics(palletiser, palletiser.robot.forward_kinematics(bent.q))
     assert found.status is ClosedPoseStatus.OUTSIDE
@@ -156,7 +156,7 @@ def test_three_parallelograms_keep_a_tool_level():
     start = np.zeros((12, levelled.n))
     where = [levelled.robot.joint_names.index(name) for name in driven]
     start[:, where] = rng.uniform(-0.4, 0.4, (12, 4))
-    found = levelled.closed(start, hold=driven)
+    found = levelled.close_loops(start, hold=driven)
     assert found
     np.testing.assert_allclose(levelled.robot.forward_kinematics(found.q)[:, :3, 2], [[0, 0, 1]] * 12, atol=1e-12)
 

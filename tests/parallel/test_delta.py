@@ -65,7 +65,7 @@ def test_resultant_is_the_product_of_differences(seed):
     assert value == pytest.approx((1 + t * t) * (c[0] + c[1] * np.cos(x) + c[2] * np.sin(x)), rel=1e-9, abs=1e-9)
     coefficients = pa.platforms.eliminant(lambda t: np.polynomial.polynomial.polyval(t, f), 5)
     np.testing.assert_allclose(coefficients[:4], f, atol=1e-10)
-    assert len(pa.platforms.trimmed(coefficients)) == 4
+    assert len(pa.platforms.trim_leading(coefficients)) == 4
     with pytest.raises(InputError, match="degree"):
         pa.platforms.sylvester_matrix(np.ones(1), f)
 

@@ -321,7 +321,7 @@ def test_the_rank_of_most_configurations_is_found():
     for a, b in zip(places, tops, strict=True):
         along = np.subtract(b, a) / np.linalg.norm(np.subtract(b, a))
         screws.append(np.stack([[0, 0, 1, a[1], -a[0], 0], [0, 0, 0, *along], [0, 0, 1, b[1], -b[0], 0]], axis=1))
-    planar = pa.LegMechanism(pa.legs_of(screws, pose.from_translation([0.5, 1, 0])), (1, 4, 7))
+    planar = pa.LegMechanism(pa.legs_from_screws(screws, pose.from_translation([0.5, 1, 0])), (1, 4, 7))
     assert planar.generic_rank(np.zeros(9)) == 6
     assert planar.singularity(np.zeros(9))
     radial = pa.three_upu(1.0, 0.5, 2.0, "radial")
@@ -365,10 +365,10 @@ def test_other_motors_that_decide_the_platform_are_found_past_idle_rods():
         motions[passive] = right[int((s > 1e-8 * s[0]).sum()) :].T
         if np.abs(J @ motions[rods.parts[0]]).max() < 1e-8:
             expected.append(driven)
-    assert rods.good_motors(zero, 6, sorted(among)) == tuple(expected)
+    assert rods.choose_actuators(zero, 6, sorted(among)) == tuple(expected)
     assert tuple(sliders) in expected
     assert len(expected) < 84
     radial = pa.three_upu(1.0, 0.5, 2.0, "radial")
-    assert radial.good_motors(np.zeros(radial.n)) == ()
+    assert radial.choose_actuators(np.zeros(radial.n)) == ()
     with pytest.raises(InputError, match="give fewer joints"):
-        rods.good_motors(zero)
+        rods.choose_actuators(zero)

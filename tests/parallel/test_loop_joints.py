@@ -56,7 +56,7 @@ def test_found_configurations_close_the_joint_and_nothing_else(kind, seed):
     rng = np.random.default_rng(seed)
     mechanism, q = random_chain(rng, kind)
     chain, (loop,) = parallel.ClosedChain(mechanism), mechanism.loops
-    found = chain.closed(q + rng.uniform(-0.1, 0.1, (20, chain.n)))
+    found = chain.close_loops(q + rng.uniform(-0.1, 0.1, (20, chain.n)))
     assert found
     frames = [chain.robot.forward_kinematics(found.q, frame=name) for name in (loop.parent, loop.child)]
     T_pc = pose.inverse(frames[0] @ loop.T_pj) @ frames[1]
@@ -115,7 +115,9 @@ def test_a_mechanism_as_a_linkage_moves_as_it_did(kind):
     for each in linkage.joints:
         if each.name != "loop":
             np.testing.assert_allclose(each.point, robot.forward_kinematics(q, frame=each.child)[:3, 3], atol=1e-12)
-    rates = mobility.instantaneous(linkage).rates[tree] * mobility.linkages.loop_closure.units(linkage)[tree, None]
+    rates = (
+        mobility.instantaneous_mobility(linkage).rates[tree] * mobility.linkages.loop_closure.units(linkage)[tree, None]
+    )
     J = chain.terms(q, np.zeros(mechanism.n)).J
     assert np.abs(J @ rates).max() < 1e-9
     assert np.linalg.matrix_rank(rates) == mechanism.n - np.linalg.matrix_rank(J)
@@ -159,7 +161,7 @@ def test_a_mechanism_is_judged_where_it_is_whatever_the_angle_of_the_joint_that_
 
 def test_limits_of_a_joint_that_closes_a_loop_count_from_where_it_stands():
     bars = four_bar()
-    q = parallel.ClosedChain(bars).closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = parallel.ClosedChain(bars).close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     limited = replace(bars, loops=(replace(bars.loops[0], limits=Limits(-3.0, 3.0)),))
     (pin,) = (each for each in linkage_of(limited, q).joints if each.name == "C")
     at = q[2] - q[0] - q[1]  # angle of the rocker against the coupler
@@ -182,7 +184,7 @@ def test_a_linkage_drawn_elsewhere_moves_on_from_there():
         )  # fmt: skip
     linkage = mobility.Linkage.of(joints)
     theta, step = rng.uniform(-1, 1, (2, linkage.coordinates))
-    there = mobility.linkages.drawn_at(linkage, theta)
+    there = mobility.linkages.draw_at(linkage, theta)
     before, after = mobility.linkages.body_poses(linkage, np.stack([theta, theta + step]))
     np.testing.assert_allclose(mobility.linkages.body_poses(there, step), after @ pose.inverse(before), atol=1e-12)
     for old, new in zip(linkage.joints, there.joints, strict=True):
@@ -194,7 +196,7 @@ def test_a_planar_four_bar_with_a_ball_asks_the_same_once():
     bars = four_bar()
     ball = replace(bars, loops=(replace(bars.loops[0], kind=JointKind.SPHERICAL),))
     hinge, free = parallel.ClosedChain(bars), parallel.ClosedChain(ball)
-    q = hinge.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = hinge.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     first, second = (chain.forward_dynamics(q, np.zeros(3), [1.0]) for chain in (hinge, free))
     assert (second.rank, second.redundant) == (2, 1)
     np.testing.assert_allclose(first.qdd, second.qdd, rtol=1e-12)

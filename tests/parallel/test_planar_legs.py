@@ -6,7 +6,7 @@ from scipy.optimize import brentq, fsolve, least_squares
 
 from mafsil.errors import InputError
 from mafsil.mobility import torus
-from mafsil.parallel import FiveBar, ParallelCranks, PlanarThreeRPR, PlanarThreeRRR, SingularKind, good_motors
+from mafsil.parallel import FiveBar, ParallelCranks, PlanarThreeRPR, PlanarThreeRRR, SingularKind, choose_actuators
 from mafsil.parallel.planar.planar_poses import PlanarPosesStatus
 
 
@@ -214,14 +214,14 @@ def test_all_links_in_line_are_singular_for_every_pair_of_motors_and_nothing_els
         absolute = np.where(signs[:4] > 0, 0.0, np.pi)
         flat = np.diff(absolute, prepend=0.0)
         np.testing.assert_allclose(robot.chain.closure(flat), 0.0, atol=1e-12)
-        assert good_motors(robot.chain.loop_matrix(flat), 2, full_rank=3) == ()
+        assert choose_actuators(robot.chain.loop_matrix(flat), 2, full_rank=3) == ()
         assert np.abs(torus.difference(robot.chain.collinear_configurations(), flat)).max(axis=1).min() < 1e-9
         q = np.array([absolute[0] + 0.3, rng.uniform(-3, 3)])
         bent = robot.chain_angles(q)
         if robot.forward_kinematics(q):
             H = robot.chain.loop_matrix(bent[:4])
             assert np.linalg.matrix_rank(H, 1e-9) == 3
-            good = good_motors(H, 2, full_rank=3)
+            good = choose_actuators(H, 2, full_rank=3)
             assert good
             for pair in ((0, 1), (0, 4), (2, 3)):
                 passive = np.delete(H, pair, axis=1)

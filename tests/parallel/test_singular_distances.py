@@ -45,7 +45,7 @@ def test_nothing_within_the_free_length_is_singular(seed, planar):
     free = float(regular_radius(space, x))
     steps = rng.normal(size=(200, space.dimension))
     steps *= free * rng.uniform(0.5, 1.0, (200, 1)) / np.linalg.norm(steps, axis=1, keepdims=True)
-    assert (sign(robot, space.moved(x, steps)) == sign(robot, x)).all()
+    assert (sign(robot, space.integrate(x, steps)) == sign(robot, x)).all()
 
 
 @given(seeds, st.booleans())
@@ -53,9 +53,9 @@ def test_steps_lead_from_pose_to_pose(seed, planar):
     rng = np.random.default_rng(seed)
     space = pose_space(random_robot(rng, planar))
     x, y = random_pose(rng, planar), random_pose(rng, planar)
-    back = space.moved(x, space.step(x, y))
+    back = space.integrate(x, space.step(x, y))
     assert np.abs(np.asarray(space.lengths(back)) - space.lengths(y)).max() < 1e-9
-    half = space.moved(x, space.step(x, y) / 2)
+    half = space.integrate(x, space.step(x, y) / 2)
     assert np.linalg.norm(space.step(x, half)) == pytest.approx(np.linalg.norm(space.step(half, y)), abs=1e-9)
 
 
@@ -73,7 +73,7 @@ def test_the_nearest_singular_pose_is_that_of_a_general_minimiser(planar):
         assert np.linalg.norm(space.step(x, found.x)) == pytest.approx(found.distance, rel=1e-6)
 
         def measure(step, space=space, x=x):
-            return np.linalg.det(space.lines(space.moved(x, step)))
+            return np.linalg.det(space.lines(space.integrate(x, step)))
 
         others = [
             minimize(
@@ -121,7 +121,7 @@ def test_a_platform_on_six_legs_goes_through_the_floor():
     way = parallel.mode_path(HEXAPOD, modes.T[0], modes.T[same[0]])
     space = pose_space(HEXAPOD)
     for a, b in zip(way.x[:-1], way.x[1:], strict=True):
-        between = space.moved(a, np.linspace(0, 1, 3000)[:, None] * space.step(a, b))
+        between = space.integrate(a, np.linspace(0, 1, 3000)[:, None] * space.step(a, b))
         assert (sign(HEXAPOD, between) == modes.orientation[0]).all()
 
 

@@ -9,7 +9,7 @@ from mafsil.geometry import pose, rotation, screw, twist, wrench
 from mafsil.model.dh_frames import tables_of_either_sense, tables_of_screws
 from mafsil.model.exponential_products import inverse_product, mixed_product, screws
 from mafsil.model.exponentials import screw_table
-from mafsil.model.frame_changes import reframed, with_reversed_joint
+from mafsil.model.frame_changes import change_frames, with_reversed_joint
 from mafsil.model.library import textbook
 from mafsil.performance import (
     force_ellipsoid,
@@ -193,7 +193,7 @@ def test_one_arm_described_otherwise(name):
         np.testing.assert_allclose(mixed_product(arm, q, k), T, atol=1e-12)
     np.testing.assert_allclose(inverse_product(name, q), np.linalg.inv(T), atol=1e-12)
     P, N = pose.exp([0.1, 0.2, -0.3, 1, 2, 3]), pose.exp([-0.2, 0.1, 0.4, 0.1, 0, 0.2])
-    other = mf.Robot(reframed(arm, base=P, tool=N))
+    other = mf.Robot(change_frames(arm, base=P, tool=N))
     np.testing.assert_allclose(other.forward_kinematics(q), P @ T @ N, atol=1e-12)
     np.testing.assert_allclose(other.jacobian_space(q), pose.adjoint(P) @ arm.jacobian_space(q), atol=1e-12)
     np.testing.assert_allclose(screws(other.mechanism).S_s, screws(arm.mechanism).S_s @ pose.adjoint(P).T, atol=1e-12)

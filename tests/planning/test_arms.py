@@ -142,20 +142,20 @@ def test_the_timed_motion_is_free_and_does_not_stop(robot, jerk):
     assert len(path.corners()) == 0
     assert len(path.stops()) == 0
     limits = MotionLimits.of(6, velocity=2.0, acceleration=5.0, jerk=jerk)
-    timed = found.timed(limits)
+    timed = found.time_optimal(limits)
     assert timed
     q = timed.trajectory.at(np.linspace(0.0, timed.duration, 20_000)).u
     assert checker.free(q).all()
     np.testing.assert_allclose(q[[0, -1]], [LEFT, RIGHT], atol=1e-9)
     winding = mf.plan(checker, None, LEFT, RIGHT, seed=3, shortcut_iterations=0)
     stopping = time_optimal(JointPath.through(winding.path, "lines"), limits)
-    assert winding.timed(limits).duration < 0.8 * stopping.duration
+    assert winding.time_optimal(limits).duration < 0.8 * stopping.duration
     sharp = found.joint_path(share=0.0)
     assert len(sharp.corners()) == len(found.path) - 2
     with pytest.raises(InputError, match="share"):
         found.joint_path(share=0.7)
     with pytest.raises(InputError, match="no path"):
-        mf.plan(robot, WALL, LEFT, RIGHT, max_nodes=1).timed(limits)
+        mf.plan(robot, WALL, LEFT, RIGHT, max_nodes=1).time_optimal(limits)
 
 
 def test_the_largest_way_bounds_every_point(robot):

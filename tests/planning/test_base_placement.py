@@ -10,7 +10,7 @@ from mafsil.collision import ArmMount, Box, Checker, MovableArm, MultiArmCell, O
 from mafsil.errors import InputError, MafsilError
 from mafsil.figures import plot_placement
 from mafsil.geometry import rotation
-from mafsil.planning import Miss, base_placement
+from mafsil.planning import PlacementFailure, base_placement
 from mafsil.planning.base_placement import base_poses
 from mafsil.planning.placement_answer import PlacementStatus
 from tests.collision.arms import arm, scene
@@ -57,14 +57,14 @@ def test_verdicts_of_all_bases_are_those_of_each_pose_solved_alone(found, ur5):
     for k in rng.choice(found.grid, size(4, 8), replace=False):
         T = base_poses(found.bases[k])
         there = MultiArmCell([ArmMount("arm", "ur5", T, radius=0.04)], TABLE, clearance=0.005)
-        base_free = found.misses[k, 0] != Miss.BASE
+        base_free = found.misses[k, 0] != PlacementFailure.BASE
         for j, target in enumerate(TARGETS):
             answer = mf.inverse_kinematics(there.robots["arm"], target)
             rows = np.asarray(answer.q)[np.asarray(answer.within, dtype=bool)]
             free = base_free and len(rows) > 0 and bool(there.free(rows).any())
             assert reached[k, j] == free
             if base_free and not free:
-                assert (found.misses[k, j] == Miss.COLLISION) == (len(rows) > 0)
+                assert (found.misses[k, j] == PlacementFailure.COLLISION) == (len(rows) > 0)
 
 
 def test_the_base_stands_in_nothing(tmp_path):
@@ -81,7 +81,7 @@ def test_the_base_stands_in_nothing(tmp_path):
         T = base_poses(base)
         gaps = [mf.collision.distance(Obstacle(column[0], T @ column[1]), each).distance for each in TABLE]
         if not verdict:
-            assert min(gaps) <= 0.0 or not movable.free(movable.joined(base, np.zeros(6)))
+            assert min(gaps) <= 0.0 or not movable.free(movable.join(base, np.zeros(6)))
         else:
             assert min(gaps) > 0.0
     with pytest.raises(InputError, match="no obstacle 'desk'"):
@@ -98,7 +98,7 @@ def test_a_movable_arm_is_the_arm_mounted_there(tmp_path):
         base = np.array([*rng.uniform(-0.4, 0.4, 3), rng.uniform(-3, 3)])
         there = MultiArmCell([ArmMount("arm", robot, base_poses(base))], around)
         q = rng.uniform(-2.5, 2.5, (50, 6))
-        full = movable.joined(base, q)
+        full = movable.join(base, q)
         assert (movable.free(full) == there.free(q)).all()
         np.testing.assert_allclose(movable.distance(full).distance, there.distance(q).distance, atol=1e-9)
 
@@ -113,13 +113,13 @@ def test_what_is_missed_is_named(ur5):
     blocked = mf.optimal_base_placement(ur5, inside, scene=TABLE, region=REGION, stands_on=["table"], spacing=0.2)
     assert not blocked
     assert not blocked.reached[:, 0].any()
-    assert blocked.misses[blocked.best, 0] == Miss.COLLISION
+    assert blocked.misses[blocked.best, 0] == PlacementFailure.COLLISION
     assert "post" in blocked.explain("en")
     assert blocked.reached[blocked.best, 1:].sum() == blocked.reached.sum(axis=1).max()
     nowhere = mf.optimal_base_placement(
         ur5, TARGETS, scene=TABLE, region=((0.2, 0.2), (0.1, 0.1)), stands_on=["table"], refinements=0
     )
-    assert (nowhere.misses == Miss.BASE).all()
+    assert (nowhere.misses == PlacementFailure.BASE).all()
     assert "base would be in collision" in nowhere.explain("en")
 
 

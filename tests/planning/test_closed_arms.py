@@ -29,7 +29,7 @@ def palletiser():
 def ends(palletiser):
     chain = ClosedChain(palletiser)
     held = ["shoulder", "lever"]
-    return chain.closed([0, 0, 0, 0], hold=held).q, chain.closed([1.0, -0.1, 0.7, -0.3], hold=held).q
+    return chain.close_loops([0, 0, 0, 0], hold=held).q, chain.close_loops([1.0, -0.1, 0.7, -0.3], hold=held).q
 
 
 BALL = Obstacle(Sphere(0.06), (0.52, 0.0, 0.53), "ball")
@@ -70,7 +70,7 @@ def test_ends_that_gape_are_refused_with_the_gap(palletiser, ends):
 
 def test_the_other_way_to_close_is_not_reached(palletiser, ends):
     chain = ClosedChain(palletiser)
-    other = chain.closed([0.0, 0.0, np.pi - 0.05, np.pi - 0.05], hold=["shoulder", "elbow"])
+    other = chain.close_loops([0.0, 0.0, np.pi - 0.05, np.pi - 0.05], hold=["shoulder", "elbow"])
     assert other
     assert abs(other.q[2]) > 1.0
     wide = replace(
@@ -132,7 +132,7 @@ def two(palletiser):
 
 
 def _swapped(two):
-    closed = [two[0].closed([s, 0, v, 0], hold=["shoulder", "lever"]).q for s, v in ((0.0, 0.0), (1.0, 0.7))]
+    closed = [two[0].close_loops([s, 0, v, 0], hold=["shoulder", "lever"]).q for s, v in ((0.0, 0.0), (1.0, 0.7))]
     return {"one": closed[0], "two": closed[1]}, {"one": closed[1], "two": closed[0]}
 
 
@@ -150,9 +150,9 @@ def test_two_arms_with_loops_pass_each_other(two, planned):
     assert found, found.explain("en")
     q = found.at(np.linspace(0, getattr(found, "duration", 1.0), 400))
     assert cell.free(q).all()
-    assert max(chain.error(part).max() for part in cell.parted(q).values()) < planning.closed_arms.TOLERANCE
+    assert max(chain.error(part).max() for part in cell.split(q).values()) < planning.closed_arms.TOLERANCE
     start, goal = _swapped(two)
-    np.testing.assert_allclose(q[[0, -1]], [cell.joined(start), cell.joined(goal)], atol=1e-9)
+    np.testing.assert_allclose(q[[0, -1]], [cell.join(start), cell.join(goal)], atol=1e-9)
 
 
 def test_an_arm_with_loops_steps_aside_with_its_loops_closed(two):
@@ -185,5 +185,5 @@ def test_hinges_and_fixed_joints_are_kept_by_points(palletiser):
     loop = palletiser.mechanism.loops[0]
     for kind, count in ((JointKind.SPHERICAL, 1), (JointKind.REVOLUTE, 2), (JointKind.FIXED, 3)):
         closing = Joint("end", kind, loop.parent, loop.child, loop.T_pj, axis=np.array([0, 1.0, 0]))
-        assert len(planning.loops_kept(replace(palletiser.mechanism, loops=(closing,)))) == count
-    assert planning.loops_kept(mf.load("ur5e").mechanism) == ()
+        assert len(planning.loop_constraints(replace(palletiser.mechanism, loops=(closing,)))) == count
+    assert planning.loop_constraints(mf.load("ur5e").mechanism) == ()

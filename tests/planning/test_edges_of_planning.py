@@ -12,7 +12,7 @@ import pytest
 import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.collision import Box, Checker, Obstacle, Sphere, TriangleMesh
-from mafsil.job import parse, solve
+from mafsil.job import parse_job, solve
 from mafsil.job.judgement import summary
 from mafsil.job.solve import prepare
 from mafsil.planning import Problem, arm_planners, find_path, roadmap_loops, search
@@ -189,7 +189,7 @@ def test_ctrl_c_keeps_the_best_so_far(arm, monkeypatch):
     text += f"[[obstacle]]\nbox = [0.5, 0.04, 0.7]\nposition = [0.6, 0, 0.35]\n[[move]]\njoints = {B.tolist()}\n"
     looks = iter(range(100))
     with pytest.raises(KeyboardInterrupt):
-        prepare(parse(text), text, Path())
+        prepare(parse_job(text), text, Path())
 
 
 def test_ctrl_c_without_a_path_goes_on(arm, monkeypatch):
@@ -230,7 +230,7 @@ def test_a_job_with_nothing_to_meet_has_results():
     text += f"[start]\njoints = {A.tolist()}\n[[move]]\njoints = {A.tolist()}\n"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        run = solve(parse(text), text, Path())
+        run = solve(parse_job(text), text, Path())
     data = as_data(run, summary(run))
     assert data["clearance"] is None
     json.dumps(data, allow_nan=False)

@@ -82,7 +82,7 @@ def test_goals_as_poses_on_lines_and_in_planes(keep, shift):
     if isinstance(keep, list):
         cosine = (np.einsum("kij,ij->k", poses[:, :3, :3], T[:3, :3]) - 1.0) / 2.0
         assert np.arccos(np.clip(cosine, -1, 1)).max() <= found.kept_bounds()[1] + 1e-7
-    timed = found.timed(MotionLimits.of(7, velocity=2.0, acceleration=5.0))
+    timed = found.time_optimal(MotionLimits.of(7, velocity=2.0, acceleration=5.0))
     q = timed.trajectory.at(np.linspace(0.0, timed.duration, 4000)).u
     assert found.kept is not None
     assert found.kept.holds(checker, q).all()
@@ -129,7 +129,7 @@ def test_projections_keep_it_and_most_are_near(name):
         kept = Kept(*path_constraints.kept_of(checker, keep, q, (np.full(n, -9.0), np.full(n, 9.0))))
         rows, done = q + rng.uniform(-0.02, 0.02, (5, n)), np.zeros(5, bool)
         given_rows = rows.copy()
-        kept_loops.projected(kept.arrays, checker.world().kinematics, rows, done)
+        kept_loops.project_to_constraints(kept.arrays, checker.world().kinematics, rows, done)
         assert kept.holds(checker, rows)[done].all()
         found += done.tolist()
         near += np.linalg.norm(rows - given_rows, axis=1)[done].tolist()

@@ -7,7 +7,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Checker
-from mafsil.model.limits import MEASURED, admitted
+from mafsil.model.limits import MEASURED, snap_to_bounds
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.trajectory import MotionLimits, check, cubic, prove
 
@@ -48,7 +48,7 @@ def test_farther_beyond_is_refused(checker):
 def test_the_rule_itself():
     lower, upper = np.array([-1.0, -np.inf]), np.array([1.0, 2.0])
     q = np.array([[1.0 + 0.9 * MEASURED, 0.0], [-1.0 - 2 * MEASURED, 2.0], [0.5, 2.0 + 0.5 * MEASURED]])
-    np.testing.assert_array_equal(admitted(q, lower, upper), [[1.0, 0.0], [-1.0 - 2 * MEASURED, 2.0], [0.5, 2.0]])
+    np.testing.assert_array_equal(snap_to_bounds(q, lower, upper), [[1.0, 0.0], [-1.0 - 2 * MEASURED, 2.0], [0.5, 2.0]])
 
 
 def test_checks_of_motions_know_the_same_tolerance():

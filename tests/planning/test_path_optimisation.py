@@ -37,14 +37,14 @@ def dense(path, step=0.002):
 @pytest.mark.parametrize("seed", range(5))
 def test_a_path_gets_cheaper_and_stays_free(panda, seed):
     raw = mf.plan(panda, None, START, GOAL, seed=seed, shortcut_iterations=0)
-    better = raw.optimised()
+    better = raw.optimise()
     assert better.descent is not None
     assert better.descent.after.total < better.descent.before.total
     assert better.length < raw.length
     np.testing.assert_array_equal(better.path[[0, -1]], [START, GOAL])
     assert panda.check_path(better.path)
     assert panda.free(dense(better.path)).all()
-    np.testing.assert_array_equal(better.path, raw.optimised().path)
+    np.testing.assert_array_equal(better.path, raw.optimise().path)
     assert "cost" in better.explain("en")
     assert better.explain("en") != better.explain("ar")
 
@@ -55,7 +55,7 @@ def test_it_beats_shortcuts_on_the_mean(panda):
     shortcuts, descents = [], []
     for seed in range(8):
         shortcuts.append(mf.plan(panda, None, START, GOAL, seed=seed, shortcut_iterations=1000).length)
-        better = mf.plan(panda, None, START, GOAL, seed=seed).optimised(enough_clearance=0.02)
+        better = mf.plan(panda, None, START, GOAL, seed=seed).optimise(enough_clearance=0.02)
         descents.append(better.length)
     assert np.mean(descents) < np.mean(shortcuts)
     peer = CoalChecker(panda)
@@ -87,7 +87,7 @@ def test_straight_lines_bend_until_they_are_free(panda):
 
 def test_budgets_and_wrong_arguments(panda):
     raw = mf.plan(panda, None, START, GOAL, seed=1, shortcut_iterations=0)
-    hurried = within(1.0, lambda: raw.optimised(seconds=0.02, iterations=100_000, points=60), clock=perf_counter)
+    hurried = within(1.0, lambda: raw.optimise(seconds=0.02, iterations=100_000, points=60), clock=perf_counter)
     assert hurried.descent.after.total <= hurried.descent.before.total
     assert panda.check_path(hurried.path)
     for wrong in (
@@ -98,16 +98,16 @@ def test_budgets_and_wrong_arguments(panda):
         {"seconds": np.nan},
     ):
         with pytest.raises(InputError, match=next(iter(wrong))):
-            raw.optimised(**wrong)
+            raw.optimise(**wrong)
     with pytest.raises(InputError, match="no path to follow"):
-        mf.plan(panda, None, START, GOAL, max_nodes=1, seed=1, shortcut_iterations=0).optimised()
+        mf.plan(panda, None, START, GOAL, max_nodes=1, seed=1, shortcut_iterations=0).optimise()
     kept = mf.plan(panda, None, START, GOAL, constraints=planning.Upright(3.0), seed=1)
     with pytest.raises(InputError, match="path constraints"):
-        kept.optimised()
+        kept.optimise()
 
 
 def test_smoothness_makes_corners_rounder(panda):
     raw = mf.plan(panda, None, START, GOAL, seed=2)
-    smooth = raw.optimised(smoothness=0.05, iterations=400)
+    smooth = raw.optimise(smoothness=0.05, iterations=400)
     assert smooth.descent.after.bending < 0.7 * smooth.descent.before.bending
     assert smooth.descent.after.total < smooth.descent.before.total

@@ -15,11 +15,11 @@ from mafsil.planning import (
     PolygonWorld,
     PotentialField,
     Problem,
-    avoid_moving,
+    avoid_moving_obstacles,
     cell_decomposition,
     configuration_space_obstacles,
-    coordinate,
-    disc,
+    coordinate_robots,
+    disc_distance,
     find_path,
     minkowski_sum,
     navigation_function,
@@ -181,7 +181,7 @@ def test_cells_of_a_quadtree_are_counted_as_by_recursion():
 def test_forces_are_gradients(seed):
     rng = np.random.default_rng(seed)
     field = PotentialField.of(
-        rng.normal(size=3), [disc(rng.normal(size=3), 0.3) for _ in range(3)], kp=2.0, eta=0.5, reach=1.5
+        rng.normal(size=3), [disc_distance(rng.normal(size=3), 0.3) for _ in range(3)], kp=2.0, eta=0.5, reach=1.5
     )
     x, h = rng.normal(size=3) * 2, 1e-6
     if field.near(x).rho.min() < 0.05:
@@ -192,7 +192,7 @@ def test_forces_are_gradients(seed):
 
 @pytest.mark.capability("11-40", "11-44")
 def test_a_local_method_is_stuck_where_a_global_one_arrives():
-    obstacle = disc([2.0, 0.0], 0.5)
+    obstacle = disc_distance([2.0, 0.0], 0.5)
     field = PotentialField.of([4.0, 0.0], [obstacle], kp=2.0)
     problem = Problem([-1.0, -2.0], [5.0, 2.0], lambda x: obstacle(x)[0] > 0.0)
     assert field.path([0.0, 0.0]).status is PlanningStatus.LOCAL_MINIMUM
@@ -268,10 +268,10 @@ def test_no_proof_of_separation_where_corners_touch():
 
 @pytest.mark.capability("11-44")
 def test_ends_inside_obstacles_of_a_potential_are_blocked_and_walks_touch_nothing():
-    disc_there = disc([2.0, 0.0], 0.5)
+    disc_there = disc_distance([2.0, 0.0], 0.5)
     assert PotentialField.of([4.0, 0.0], [disc_there]).path([2.1, 0.0]).status is PlanningStatus.START_BLOCKED
     assert PotentialField.of([2.1, 0.0], [disc_there]).path([0.0, 0.0]).status is PlanningStatus.GOAL_BLOCKED
-    small = [disc([1.5, 0.04 * k], 0.02) for k in range(-8, 9)]
+    small = [disc_distance([1.5, 0.04 * k], 0.02) for k in range(-8, 9)]
     found = PotentialField.of([3.0, 0.0], small, reach=0.1, eta=1e-4).path([0.0, 0.0], step=0.3, escapes=8, seed=1)
     share = np.linspace(0.0, 1.0, 50)[:, None]
     for some in np.array_split(np.arange(len(found.path) - 1), len(found.path) // 5000 + 1):
@@ -291,14 +291,14 @@ def test_ends_inside_obstacles_of_a_potential_are_blocked_and_walks_touch_nothin
         (lambda: planar_arm([1.0], ONE, thickness=-0.1), "thickness"),
         (lambda: planar_arm([1.0, 1.0], ONE).free([0.0]), "q: expected shape"),
         (lambda: configuration_space_obstacles(planar_arm([1.0] * 6, ONE), 20), "larger than"),
-        (lambda: disc([np.nan, 0.0], 1.0), "centre"),
+        (lambda: disc_distance([np.nan, 0.0], 1.0), "centre"),
         (lambda: PotentialField.of([4.0, 0.0], []).path([0.0, 0.0], escapes=-1), "escapes"),
         (lambda: find_path(Problem([0], [1], lambda q: np.full(len(q), np.nan)), [0.0], [1.0]), "no truth value"),
         (lambda: find_path(Problem([0], [1e9], lambda q: q[:, 0] >= 0), [0.0], [1e9]), "coarser"),
         (lambda: find_path(point_problem(ONE), [3.0, 3.0], [4.0, 4.0], planner=[]), "rrt_connect"),
-        (lambda: coordinate(lambda a, b: True, (1.0, 1.0)), "collides: expected bools"),
-        (lambda: coordinate(lambda a, b: a < 0, (1.0,)), "durations"),
-        (lambda: avoid_moving(lambda s, t: s < 0, 1.0, 0.5), "horizon"),
+        (lambda: coordinate_robots(lambda a, b: True, (1.0, 1.0)), "collides: expected bools"),
+        (lambda: coordinate_robots(lambda a, b: a < 0, (1.0,)), "durations"),
+        (lambda: avoid_moving_obstacles(lambda s, t: s < 0, 1.0, 0.5), "horizon"),
     ],
 )
 def test_wrong_input_of_the_plane_is_named(call, words):
@@ -401,24 +401,24 @@ def test_two_robots_cross_and_one_waits():
         b = np.stack([0 * s2, 10 * s2 - 5], axis=-1)
         return np.linalg.norm(a - b, axis=-1) < 1.0
 
-    found = coordinate(collides, (10.0, 10.0), cells=400)
+    found = coordinate_robots(collides, (10.0, 10.0), cells=400)
     assert found
     assert not collides(*found.shares.T).any()
     assert (np.diff(found.shares, axis=0) >= 0).all()
     assert found.duration == pytest.approx(10.0 + np.sqrt(2.0), abs=0.08)
-    first = coordinate(collides, (10.0, 10.0), cells=400, priority=True)
+    first = coordinate_robots(collides, (10.0, 10.0), cells=400, priority=True)
     assert first
     assert (np.diff(first.shares[:400, 0]) > 0).all()
 
 
 @pytest.mark.capability("11-45")
 def test_robots_that_meet_head_on_block_each_other():
-    found = coordinate(lambda a, b: np.abs(10 * a - (10 - 10 * b)) < 1.0, (10.0, 10.0))
+    found = coordinate_robots(lambda a, b: np.abs(10 * a - (10 - 10 * b)) < 1.0, (10.0, 10.0))
     assert found.status is CoordinationStatus.NOT_FOUND
     assert not found
     assert sum(found.reached) == pytest.approx(0.9, abs=0.02)
     assert found.explain("en") != found.explain("ar")
-    assert coordinate(lambda a, b: (a < 0.1) & (b < 0.1), (1.0, 1.0)).status is CoordinationStatus.BLOCKED_END
+    assert coordinate_robots(lambda a, b: (a < 0.1) & (b < 0.1), (1.0, 1.0)).status is CoordinationStatus.BLOCKED_END
 
 
 @pytest.mark.capability("11-46")
@@ -430,11 +430,11 @@ def test_an_obstacle_that_moves_is_let_pass():
         obstacle = np.stack([0 * t, 5 - t], axis=-1)
         return np.linalg.norm(robot - obstacle, axis=-1) < 1.0
 
-    found = avoid_moving(collides, 10.0, 20.0, cells=500)
+    found = avoid_moving_obstacles(collides, 10.0, 20.0, cells=500)
     assert found
     assert not collides(found.shares[:, 0], found.t).any()
     assert found.duration == pytest.approx(10.0 + np.sqrt(2.0), abs=0.06)
-    stays = avoid_moving(lambda s, t: np.abs(s - 0.5) < 0.05, 10.0, 15.0)
+    stays = avoid_moving_obstacles(lambda s, t: np.abs(s - 0.5) < 0.05, 10.0, 15.0)
     assert stays.status is CoordinationStatus.NOT_FOUND
     assert stays.reached[0] == pytest.approx(0.45, abs=0.01)
 

@@ -12,7 +12,7 @@ import mafsil as mf
 from mafsil import figures, planning
 from mafsil.collision import Box, Checker, Obstacle, Scene
 from mafsil.errors import InputError
-from mafsil.planning import PLANNERS, Problem, Query, bench_planners, watch
+from mafsil.planning import PLANNERS, Problem, Query, bench_planners, log_search
 from mafsil.planning.outcome import PlanningStatus
 
 
@@ -86,7 +86,7 @@ def test_planners_of_arms_and_ones_own():
         for made in range(1, budget.nodes):
             if not budget.left(made):
                 break
-            corner = problem.sampled(budget.rng, 1)[0]
+            corner = problem.sample(budget.rng, 1)[0]
             path = np.stack([start, corner, goals[0]])
             if problem.is_free_path(path):
                 return path, made
@@ -99,7 +99,7 @@ def test_planners_of_arms_and_ones_own():
         assert found
         for each in found:
             assert each.clearance[0, 0] > 0.0
-        log = watch(query, "corner", max_nodes=5000)
+        log = log_search(query, "corner", max_nodes=5000)
         assert log.plan
         assert np.allclose(log.edges[-1, 1], query.goal)
     finally:
@@ -109,7 +109,7 @@ def test_planners_of_arms_and_ones_own():
 @pytest.mark.capability("11-50")
 def test_a_watched_search_is_the_search(tmp_path):
     query = point()
-    log = watch(query, "rrt_connect", seed=4)
+    log = log_search(query, "rrt_connect", seed=4)
     plain = planning.find_path(query.space, query.start, query.goal, seed=4, shortcut_iterations=False)
     assert np.array_equal(log.plan.path, plain.path)
     assert len(log) == plain.segments
@@ -131,7 +131,7 @@ def test_a_watched_search_is_the_search(tmp_path):
 
 
 def test_pictures_of_arms_and_refusals(tmp_path):
-    log = watch(arm(), "rrt_connect", max_nodes=300)
+    log = log_search(arm(), "rrt_connect", max_nodes=300)
     figures.plot_search(log, tmp_path / "arm.svg")
     assert (tmp_path / "arm.svg").stat().st_size > 2000
     with pytest.raises(InputError, match="show"):
@@ -139,7 +139,7 @@ def test_pictures_of_arms_and_refusals(tmp_path):
     with pytest.raises(InputError, match="png"):
         figures.plot_search(log, tmp_path / "bad.png")
     with pytest.raises(InputError, match="planner"):
-        watch(point(), "trajectory_optimisation")
+        log_search(point(), "trajectory_optimisation")
     with pytest.raises(InputError, match="planners"):
         bench_planners([point()], ["lazy_prm_star"])
     with pytest.raises(InputError, match="query"):

@@ -9,7 +9,7 @@ from mafsil.collision import Box, Checker, Cylinder, Obstacle
 from mafsil.collision.each_distance import each_distance
 from mafsil.errors import InputError
 from mafsil.figures import plot_potential
-from mafsil.planning import PotentialField, disc
+from mafsil.planning import PotentialField, disc_distance
 from mafsil.planning.outcome import PlanningStatus
 
 PIN = [Obstacle(Cylinder(0.1, 1.0), (1.2, 1.2, 0.0), "pin")]
@@ -86,7 +86,9 @@ def test_an_arm_is_pushed_away_from_itself_and_walks_out_of_minima():
 @pytest.mark.capability("11-44")
 def test_a_pocket_is_a_minimum_and_is_marked(tmp_path):
     """Three discs around a place before the goal: descents end in one of two hollows of it, or at the goal."""
-    field = PotentialField.of([4.0, 0.0], [disc(c, 0.5) for c in ([2.0, 0.9], [2.4, 0.0], [2.0, -0.9])], reach=0.5)
+    field = PotentialField.of(
+        [4.0, 0.0], [disc_distance(c, 0.5) for c in ([2.0, 0.9], [2.4, 0.0], [2.0, -0.9])], reach=0.5
+    )
     found = field.minima([0.0, -2.0], [2.0, 2.0], starts=8)
     assert len(found) == 2
     np.testing.assert_allclose(found[0], found[1] * [1.0, -1.0], atol=1e-6)

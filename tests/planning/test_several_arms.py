@@ -64,7 +64,7 @@ def test_a_built_deadlock_is_proved_and_named(cell):
         assert each.arm in found.explain("ar")
     shares = np.linspace(0.0, 1.0, 41)
     rows = SWEEP[0] + shares[:, None] * (SWEEP[1] - SWEEP[0])
-    free = cell.free(cell.joined({"left": rows[:, None], "right": rows[None]}))
+    free = cell.free(cell.join({"left": rows[:, None], "right": rows[None]}))
     reached = np.zeros_like(free)
     for i, j in np.ndindex(free.shape):
         before = i == j == 0 or any(
@@ -88,7 +88,7 @@ def test_cells_are_what_they_are_proved_to_be(cell):
             s, t = (rng.uniform(span[k], span[k + 1], 25) for span, k in zip(spans, (i, j), strict=True))
             left = SWEEP[0] + s[:, None] * (SWEEP[1] - SWEEP[0])
             right = SWEEP[0] + t[:, None] * (SWEEP[1] - SWEEP[0])
-            assert (cell.free(cell.joined({"left": left, "right": right})) == free).all()
+            assert (cell.free(cell.join({"left": left, "right": right})) == free).all()
 
 
 @pytest.mark.capability("11-45", "11-46")
@@ -100,11 +100,11 @@ def test_one_arm_waits_for_the_other_on_given_paths(cell):
     assert (np.diff(found.places, axis=0) >= 0.0).all()
     np.testing.assert_array_equal(found.places[[0, -1]], [[0, 0], [1, 1]])
     assert np.abs(found.places[:, 0] - found.places[:, 1]).max() > 0.1, "somebody has to wait"
-    motion = found.timed(LIMITS)
+    motion = found.time_optimal(LIMITS)
     q = dense(lambda t: motion.trajectory.at(t).u, motion.duration)
     assert largest_step(q) <= 1e-3
     assert cell.free(q).all()
-    left = cell.parted(q)["left"]
+    left = cell.split(q)["left"]
     assert np.abs(left[:, 1:] - OUT[1:]).max() < 1e-9, "on a straight path nothing is rounded away"
     alone = [(np.abs(np.diff(rows, axis=0)) / 2.0).max(axis=1).sum() for rows in (SWEEP, DIP)]
     assert motion.duration > max(alone)
@@ -126,7 +126,7 @@ def test_what_stands_in_the_way_of_coordination_is_said(cell):
     }
     still = coordinate_arms(cell, {"left": SWEEP, "right": BACK[None]})
     assert still
-    np.testing.assert_array_equal(cell.parted(still.path)["right"], np.repeat(BACK[None], len(still.path), axis=0))
+    np.testing.assert_array_equal(cell.split(still.path)["right"], np.repeat(BACK[None], len(still.path), axis=0))
     with pytest.raises(InputError, match="'right' are missing"):
         coordinate_arms(cell, {"left": SWEEP})
     with pytest.raises(InputError, match="no arm 'middle'"):
@@ -141,7 +141,7 @@ def test_planned_together_nothing_meets_and_coal_agrees(cell, seed):
     start, goal = ({"left": row, "right": row} for row in SWEEP)
     found = plan_coupled(cell, start, goal, seed=seed)
     assert found
-    motion = found.timed(LIMITS)
+    motion = found.time_optimal(LIMITS)
     q = dense(lambda t: motion.trajectory.at(t).u, motion.duration)
     assert largest_step(q) <= 1e-3
     assert cell.free(q).all()
@@ -155,12 +155,12 @@ def test_an_arm_that_only_stands_there_makes_way(cell):
     """Right stands where left has to pass and is to stand there again: its goal is not named."""
     there = MET
     start, goal = {"left": SWEEP[0], "right": there}, {"left": SWEEP[1]}
-    assert not cell.free_segment(cell.joined(start), cell.joined({**start, **goal}))
+    assert not cell.free_segment(cell.join(start), cell.join({**start, **goal}))
     for found in (plan_coupled(cell, start, goal, seed=3), plan_prioritized(cell, start, goal, LIMITS, seed=3)):
         assert found, found.explain("en")
     q = dense(found.at, found.duration)
     assert cell.free(q).all()
-    np.testing.assert_allclose(cell.parted(q[-1])["right"], there, atol=1e-12)
+    np.testing.assert_allclose(cell.split(q[-1])["right"], there, atol=1e-12)
 
 
 @pytest.mark.capability("11-45", "11-46")
@@ -174,7 +174,7 @@ def test_in_turn_the_first_is_not_slowed_and_the_second_waits(cell):
     q = dense(found.at, found.duration)
     assert largest_step(q) <= 1e-3
     assert cell.free(q).all()
-    np.testing.assert_allclose(q[[0, -1]], [cell.joined(start), cell.joined(goal)], atol=1e-9)
+    np.testing.assert_allclose(q[[0, -1]], [cell.join(start), cell.join(goal)], atol=1e-9)
     t = np.linspace(0.0, found.duration, 4000)
     velocity = np.diff(found.at(t), axis=0) / np.diff(t)[:, None]
     assert np.abs(velocity).max() <= 2.0 + 1e-6
@@ -245,8 +245,8 @@ def test_one_arm_past_settled_motions_and_arms_that_are_only_met(cell):
     left = plan_prioritized(alone, {"left": SWEEP[0], "right": BACK}, {"left": SWEEP[1]}, LIMITS).motions["left"]
     met = cell.with_scene(low).with_passive(["left"])
     start = {"left": SWEEP[0], "right": BACK}
-    assert met.free(met.joined({"left": OUT, "right": BACK}))
-    assert not cell.with_scene(low).free(met.joined({"left": OUT, "right": BACK}))
+    assert met.free(met.join({"left": OUT, "right": BACK}))
+    assert not cell.with_scene(low).free(met.join({"left": OUT, "right": BACK}))
     found = plan_around_moving(met, "right", start, BACK + 2.0 * TURN, LIMITS, {"left": left})
     assert found, found.explain("en")
     assert met.free(dense(found.at, found.duration)).all()
@@ -280,7 +280,7 @@ def test_an_arm_that_is_always_near_itself_has_its_turn(tmp_path):
     file.write_text(f'<robot name="near">{"".join(links + joints)}</robot>')
     cell = MultiArmCell([ArmMount("left", file), ArmMount("right", file, (1.0, 0.0, 0.0))])
     start = {"left": [1.0, 0.3], "right": [-2.0, 0.3]}
-    assert 0.0 < float(cell.distance(cell.joined(start)).distance) < 0.003
+    assert 0.0 < float(cell.distance(cell.join(start)).distance) < 0.003
     goal = {"left": [-1.0, 0.3], "right": [2.0, -0.3]}
     found = plan_prioritized(cell, start, goal, MotionLimits.of(4, velocity=2.0, acceleration=5.0))
     assert found, found.explain()

@@ -149,7 +149,7 @@ def examined(peer: Peer, problems: Iterator[tuple[Checker, Any, Any]]) -> dict[s
         counts["states"] += len(states)
         counts["bad_path"] += peer.first_contact(checker, states) >= 0
         if k % 2:
-            motion = found.timed(MotionLimits.of(checker.robot.n, velocity=2.0, acceleration=8.0))
+            motion = found.time_optimal(MotionLimits.of(checker.robot.n, velocity=2.0, acceleration=8.0))
             t = np.linspace(0.0, motion.duration, int(2.0 * motion.duration / STEP) + 2)
             states = motion.trajectory.at(t).u
             counts["timed"] += 1

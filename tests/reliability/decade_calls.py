@@ -455,9 +455,9 @@ def _laws(names: dict[str, Any]) -> dict[str, Any]:
 def _mechanisms(names: dict[str, Any]) -> dict[str, Any]:
     bars = mobility.mechanism_of(mobility.library.four_bar())
     chain = parallel.ClosedChain(bars)
-    q = chain.closed(np.zeros(chain.n)).q
+    q = chain.close_loops(np.zeros(chain.n)).q
     tip = chain.robot.forward_kinematics(q)
-    moved = chain.closed(q + 0.01 * np.eye(1, chain.n)[0], hold=chain.actuated).q
+    moved = chain.close_loops(q + 0.01 * np.eye(1, chain.n)[0], hold=chain.actuated).q
     contacts = [mf.Contact((-1, 0), (1, 0), mu=0.5), mf.Contact((1, 0), (-1, 0), mu=0.5)]
     cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     heavy = parallel.ClosedChain(four_bar())
@@ -467,7 +467,7 @@ def _mechanisms(names: dict[str, Any]) -> dict[str, Any]:
         "CRANK": trajectory.line_path(tip, chain.robot.forward_kinematics(moved)),
         "FOUR": mobility.library.four_bar(), "FIVE": mobility.library.five_bar(), "PINCH": mf.Grasp(contacts),
         "CUBE": collision.TriangleMesh(cube, FACES), "HULL": cube, "DELTA": parallel.DeltaRobot(0.3, 0.1, 0.3, 0.8),
-        "HEAVY": heavy, "HEAVY_Q": heavy.closed([0.5, 0.5, 1.5], hold=["A"]).q,
+        "HEAVY": heavy, "HEAVY_Q": heavy.close_loops([0.5, 0.5, 1.5], hold=["A"]).q,
         "X6": np.array([0.0, 0.0, 0.1, *made.C, 0.2]),
     }  # fmt: skip
 

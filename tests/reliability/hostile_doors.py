@@ -30,7 +30,7 @@ from mafsil import job, trajectory
 from mafsil.cli.main import main
 from mafsil.collision import srdf
 from mafsil.errors import MafsilError
-from mafsil.grasp import read_grasp_file
+from mafsil.grasp import read_grasp
 from mafsil.identification import read_log
 from mafsil.mobility import read_linkage
 from mafsil.model import mesh, scan
@@ -132,13 +132,13 @@ DOORS: dict[str, tuple[Callable[[Path], Any], Callable[[Any], bool]]] = {
     "ground.png": (scan.read_heights, finite),
     "ground.csv": (scan.read_heights, finite),
     "ground.npy": (scan.read_heights, finite),
-    "motion.csv": (trajectory.read, motion_finite),
+    "motion.csv": (trajectory.read_trajectory, motion_finite),
     "log.csv": (lambda path: read_log(path, "planar2r"), lambda log: finite(log.q) and len(log.q) == len(log.t)),
     "run.npz": (mf.Recording.load, run_finite),
     "run.mcap": (mf.Recording.load, run_finite),
     "results.json": (lambda path: compare_results(path, path), bool),
-    "job.toml": (job.read, anything),
-    "grasp.toml": (read_grasp_file, anything),
+    "job.toml": (job.read_job, anything),
+    "grasp.toml": (read_grasp, anything),
     "linkage.toml": (read_linkage, anything),
 }
 """File name -> its reader, and whether what was let in is sound."""

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from mafsil.errors import JobError
-from mafsil.job import parse
+from mafsil.job import parse_job
 from mafsil.job.drive import drive
 from mafsil.job.equipment import Equipment
 from mafsil.job.move_planner import plan
@@ -130,7 +130,7 @@ def judged(number: int) -> dict[str, int]:
     gentle = rng.random() < 0.4
     robot = Robot(arm(rng, gentle=gentle))
     text = text_of(rng, robot, gentle=gentle)
-    job = parse(text)
+    job = parse_job(text)
     motion = plan(job, (Equipment(None, job.tool, robot, np.eye(4), np.eye(4)),))
     if not isinstance(motion, Plan):
         return {"refused": 1}

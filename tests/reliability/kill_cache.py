@@ -145,7 +145,7 @@ def _torn(folder: str, entries: Entries) -> int:
         bad += entry is None or encode(key, entry) != data or entry.outputs != codes[path.stem].outputs
     for path in Path(folder).glob("*.tape"):
         found = Store(Path(folder)).get_tape(path.stem)
-        whole = TAPE.opened(bytes.fromhex(path.stem), path.read_bytes()) is not None
+        whole = TAPE.unseal(bytes.fromhex(path.stem), path.read_bytes()) is not None
         bad += not whole or found is None or found.text() != entries[path.stem][0].text()
     return bad
 

@@ -42,14 +42,14 @@ def _compared(rng: np.random.Generator) -> Counter[str]:
     linkage = random_linkage(rng, int(rng.integers(0, 4)), int(rng.integers(3, 9)))
     other, total = PinocchioLinkage(linkage), Counter[str]()
     for row in closed(linkage, rng):
-        found = mo.instantaneous(linkage, row)
+        found = mo.instantaneous_mobility(linkage, row)
         if found.kept < DOUBTFUL or found.dropped > 1e-12:
             total["doubtful"] += 1
             continue
         expected = other.mobility(other.configuration(row))
         total["configurations"] += 1
         total["bad_rank"] += found.mobility != expected
-        total["bad_compiled_rank"] += int(mo.mobilities(linkage, row)) != expected
+        total["bad_compiled_rank"] += int(mo.batch_mobility(linkage, row)) != expected
     return total
 
 
@@ -65,7 +65,7 @@ def _built(rng: np.random.Generator) -> Counter[str]:
 
 def closed(linkage: mo.Linkage, rng: np.random.Generator) -> Floats:
     """(k, F) configurations of a linkage, as drawn and one elsewhere if it was found."""
-    moved = mo.linkages.closed_near(linkage, 0.5 * rng.normal(size=(1, linkage.coordinates)))
+    moved = mo.linkages.close_loops_near(linkage, 0.5 * rng.normal(size=(1, linkage.coordinates)))
     return np.vstack([np.zeros((1, linkage.coordinates)), moved.theta[moved.closed]])
 
 

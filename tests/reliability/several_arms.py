@@ -77,7 +77,7 @@ def has_way(cell: MultiArmCell, a: np.ndarray, b: np.ndarray, count: int = 60) -
     shares = np.linspace(0.0, 1.0, count + 1)
     first, second = (rows[0] + shares[:, None] * (rows[1] - rows[0]) for rows in (a, b))
     names = cell.names
-    free = cell.free(cell.joined({names[0]: first[:, None], names[1]: second[None]}))
+    free = cell.free(cell.join({names[0]: first[:, None], names[1]: second[None]}))
     reached = np.zeros_like(free)
     for i, j in np.ndindex(free.shape):
         before = [(i - 1, j), (i, j - 1), (i - 1, j - 1)]
@@ -100,7 +100,7 @@ def work(seed: int, problems: int) -> dict[str, int]:
         if len(free) < 2:
             continue
         a, b = (free if rng.random() < 0.9 else q)[:2]
-        start, goal = cell.parted(a), cell.parted(b)
+        start, goal = cell.split(a), cell.split(b)
         limits = MotionLimits.of(cell.robot.n, velocity=VELOCITY, acceleration=ACCELERATION)
         counts["problems"] += 1
         blocked = not (cell.free(a) and cell.free(b))
@@ -114,7 +114,7 @@ def work(seed: int, problems: int) -> dict[str, int]:
             counts["bad_reason"] += bool(ended != blocked or not answer.explain("en"))
         if together:
             counts["bad_proof"] += not cell.check_path(together.path)
-            motion = together.timed(limits)
+            motion = together.time_optimal(limits)
             bad = is_wrong(cell, lambda t, m=motion: m.trajectory.at(t).u, motion.duration, np.stack([a, b]))
             if bad:
                 counts[bad] += 1

@@ -8,7 +8,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import MafsilError
-from mafsil.grasp import read_grasp_file
+from mafsil.grasp import read_grasp
 from tests.reliability import hostile_doors
 from tests.sizes import size
 
@@ -49,7 +49,7 @@ PLACES = {
     "robot file": lambda name: mf.load(f"{name}.urdf"),
     "recording": lambda name: mf.simulation.Recording.load(f"{name}.npz"),
     "motion": lambda name: mf.trajectory.files.read(f"{name}.csv"),
-    "grasp": read_grasp_file,
+    "grasp": read_grasp,
     "log": lambda name: mf.identification.identify("planar2r", f"{name}.csv"),
     "export": lambda name: mf.trajectory.export(mf.trajectory.quintic([0], [1], 1), f"{name}.csv", LIMITLESS),
 }

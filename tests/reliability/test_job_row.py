@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.job.causes import Cause
 from mafsil.job.remark import Remark
 from tests.reliability import figures, job_verdicts
@@ -45,7 +45,7 @@ def test_no_false_word_about_random_jobs(tmp_path: Path, monkeypatch: pytest.Mon
 
 @pytest.fixture(scope="module")
 def missing() -> Run:
-    run = solve(parse(JOB), JOB, Path())
+    run = solve(parse_job(JOB), JOB, Path())
     assert isinstance(run, Run)
     assert not complaints(run)[1]
     return run

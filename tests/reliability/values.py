@@ -180,9 +180,9 @@ MADE = (
     "PathPoint PathRemedy Pfaffian PinnedArm PlanarArm PlanarEllipse PlannedGrasp PlannerResult Polytope "
     "PoseErrorResponse PotentialField ProfileRun PumaShape Quadtree ReducedDynamics Remedy SearchBudget "
     "SearchLog SecondBody SelfMotionFamily SensorKind Sequence ShapedMotion SingularPerturbationControl "
-    "SingularityCause SlidingMode Solid Solution SolutionFamily SphereBand StructuralError Surface Switch "
+    "SingularityCause SlidingMode Solid Solution SolutionFamily SphereBand StructuralError Surface BranchSwitch "
     "TaskDynamics TimedArm TipDamping TipMotionEstimate Tolerance TransmissionKind UnreachableStretch Variants "
-    "Violation Waiting "
+    "Violation BlockedArm "
 )
 """Classes of which only functions of ours make values, of numbers that were checked or computed."""
 

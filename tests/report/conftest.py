@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 
 TEXT = """
 title = "Tests \u202e <script>alert(1)</script> & 'quotes'"
@@ -31,6 +31,6 @@ place = true
 
 @pytest.fixture(scope="session")
 def small_run() -> Run:
-    run = solve(parse(TEXT), TEXT, Path())
+    run = solve(parse_job(TEXT), TEXT, Path())
     assert isinstance(run, Run)
     return run

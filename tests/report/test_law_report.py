@@ -12,7 +12,7 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import InputError
-from mafsil.job import bench_laws, parse
+from mafsil.job import bench_laws, parse_job
 from mafsil.job.law_bench import CONDITIONS, PIECES
 from mafsil.messages import say
 from mafsil.report import write_law_report
@@ -59,7 +59,7 @@ NAMES = {
 
 @pytest.fixture(scope="module")
 def bench():
-    job, (robot, plan) = parse(TEXT), planned(TEXT)
+    job, (robot, plan) = parse_job(TEXT), planned(TEXT)
     return bench_laws(job, TEXT, robot, plan, tuple(NAMES))
 
 
@@ -91,7 +91,7 @@ def test_curves_hold_the_peaks_of_the_run(bench):
 @pytest.mark.capability("10-41", "10-115")
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_the_page_has_a_row_for_each_law_and_says_what_does_not_hold(bench, language):
-    page = law_page(bench, parse(TEXT), TEXT, language)
+    page = law_page(bench, parse_job(TEXT), TEXT, language)
     assert len(page.compared.rows) == len(page.borne.rows) == len(bench)
     assert all(len(row) == len(page.compared.head) for row in page.compared.rows)
     assert len(page.borne.head) == 2 + len(CONDITIONS)
@@ -107,7 +107,7 @@ def test_the_page_has_a_row_for_each_law_and_says_what_does_not_hold(bench, lang
 
 
 def test_the_page_asks_nobody_for_anything_and_carries_both_languages(bench):
-    pages = [law_page(bench, parse(TEXT), TEXT, code) for code in ("en", "ar")]
+    pages = [law_page(bench, parse_job(TEXT), TEXT, code) for code in ("en", "ar")]
     html = render_laws(*pages)
     assert "default-src 'none'" in html
     assert not re.search(r"""(?:src|href)\s*=\s*["']?(?:https?:)?//""", html)
@@ -123,7 +123,7 @@ def test_the_page_asks_nobody_for_anything_and_carries_both_languages(bench):
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_the_script_draws_a_curve_for_each_law(bench, language, tmp_path):
     file = tmp_path / "laws.html"
-    pages = {code: law_page(bench, parse(TEXT), TEXT, code) for code in ("en", "ar")}
+    pages = {code: law_page(bench, parse_job(TEXT), TEXT, code) for code in ("en", "ar")}
     other = "ar" if language == "en" else "en"
     file.write_text(render_laws(pages[language], pages[other]), encoding="utf-8")
     browser = needed("chromium", "chromium-browser", "google-chrome")
@@ -138,15 +138,15 @@ def test_the_script_draws_a_curve_for_each_law(bench, language, tmp_path):
 
 def test_the_files_are_whole_and_nothing_of_others_is_replaced(bench, tmp_path):
     folder = tmp_path / "laws"
-    report = write_law_report(bench, parse(TEXT), TEXT, folder)
+    report = write_law_report(bench, parse_job(TEXT), TEXT, folder)
     assert report.read_text("utf-8").startswith("<!doctype html>")
     data = json.loads((folder / "results.json").read_text("utf-8"))
     assert {law["kind"] for law in data["laws"]} == set(NAMES)
     assert (folder / "job.toml").read_text("utf-8") == TEXT
-    write_law_report(bench, parse(TEXT), TEXT, folder)
+    write_law_report(bench, parse_job(TEXT), TEXT, folder)
     (folder / "mine.txt").write_text("precious")
     with pytest.raises(InputError, match="mine"):
-        write_law_report(bench, parse(TEXT), TEXT, folder)
+        write_law_report(bench, parse_job(TEXT), TEXT, folder)
 
 
 def test_the_command_writes_the_page(tmp_path, capsys):

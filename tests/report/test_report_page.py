@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from mafsil.errors import FileError
-from mafsil.job import Run, parse, solve_file
+from mafsil.job import Run, parse_job, solve_file
 from mafsil.job.judgement import summary
 from mafsil.messages import LANGUAGES
 from mafsil.model import library
@@ -228,9 +228,9 @@ def test_a_number_or_formula_in_arabic_is_one_isolate(value: str) -> None:
 def test_the_lines_that_do_a_run_again(tmp_path: Path) -> None:
     """A robot of the library is found from anywhere; a file from the folder that is named."""
     lines = "\n[start]\njoints = [0, -1, 1, 0.1, 0.1, 0]\n[[move]]\njoints = [0.1, -1, 1, 0.1, 0.1, 0]\n"
-    assert recipe(parse('robot = "ur5e"' + lines))[-1] == 'run = solve_file("job.toml")'
+    assert recipe(parse_job('robot = "ur5e"' + lines))[-1] == 'run = solve_file("job.toml")'
     text = 'robot = "robots/ur5.urdf"' + lines
-    assert recipe(parse(text))[-1] == 'run = solve_file("job.toml", folder=".")'
+    assert recipe(parse_job(text))[-1] == 'run = solve_file("job.toml", folder=".")'
     (tmp_path / "job.toml").write_text(text, encoding="utf-8")
     first, second = (solve_file(tmp_path / "job.toml", folder=ROOT / "examples") for _ in range(2))
     assert isinstance(first, Run)

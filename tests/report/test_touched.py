@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mafsil.collision import Obstacle, Plane
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.report.replay import drawn
 from mafsil.report.touched import standing
 from mafsil.scene.inline import near_side, patch, stretch
@@ -41,7 +41,7 @@ pause = 0.05
 
 @pytest.mark.capability("10-70")
 def test_holes_and_hollow_surfaces_are_drawn():
-    run = solve(parse(JOB), JOB, Path())
+    run = solve(parse_job(JOB), JOB, Path())
     assert isinstance(run, Run)
     tips = run.tips()[0][:, :3, 3]
     (ball, _), (bar, _), (bore, place) = standing(run.job, 2.0, tips)
@@ -97,7 +97,7 @@ def solid_in_space(body, T):
 
 def test_what_is_endless_is_drawn_where_the_tip_is():
     """Support points lie tens of metres away: they only say which plane or line is meant."""
-    run = solve(parse(ENDLESS), ENDLESS, Path())
+    run = solve(parse_job(ENDLESS), ENDLESS, Path())
     tips = run.tips()[0][:, :3, 3]
     middle = (tips.min(axis=0) + tips.max(axis=0)) / 2.0
     found = {body.name: solid_in_space(body, T) for body, T in standing(run.job, 2.0, tips)}

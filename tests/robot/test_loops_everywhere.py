@@ -49,7 +49,7 @@ CLOSED = {
     "mafsil.model.sdf.write": "writes the loops: tests/model/sdf/test_sdf_writer.py",
     "mafsil.parallel.ClosedChain": "the closed chain itself: tests/parallel/test_closed_dynamics.py",
     "mafsil.parallel.closed_inverse_kinematics": "tests/parallel/test_closed_poses.py",
-    "mafsil.planning.loops_kept": "what a path keeps: tests/planning/test_closed_arms.py",
+    "mafsil.planning.loop_constraints": "what a path keeps: tests/planning/test_closed_arms.py",
     "mafsil.scene.Drawing": "shapes of a description",
     "mafsil.simulation.ClosedPlant": "tests/simulation/test_closed_loops.py",
     "mafsil.robot.OpenTree": "the tree, asked for by name",
@@ -173,7 +173,7 @@ def test_the_tree_is_an_answer_when_it_is_asked_for(palletiser: mf.Robot) -> Non
 @pytest.mark.parametrize("name", sorted(CATALOGUE))
 def test_routines_are_of_closed_states_or_refused(name: str, palletiser: mf.Robot) -> None:
     chain, rng, row = ClosedChain(palletiser), np.random.default_rng(4), CATALOGUE[name]
-    q = chain.closed(rng.uniform(-0.3, 0.3, (5, 4))).q
+    q = chain.close_loops(rng.uniform(-0.3, 0.3, (5, 4))).q
     qd = chain.rates(q, rng.uniform(-1, 1, (5, 4)))
     qdd = chain.accelerations(q, qd, rng.uniform(-1, 1, (5, 2)))
     state = {"q": q, "qd": qd, "qdd": qdd}
@@ -199,11 +199,11 @@ def test_routines_are_of_closed_states_or_refused(name: str, palletiser: mf.Robo
 
 
 def test_a_robot_all_of_whose_joints_are_locked_is_closed_or_refused(palletiser: mf.Robot) -> None:
-    q = ClosedChain(palletiser).closed(np.array([0.2, 0.0, -0.1, 0.0])).q
+    q = ClosedChain(palletiser).close_loops(np.array([0.2, 0.0, -0.1, 0.0])).q
     names = palletiser.joint_names
-    still = palletiser.locked(dict(zip(names, q, strict=True)))
+    still = palletiser.with_locked_joints(dict(zip(names, q, strict=True)))
     np.testing.assert_allclose(still.forward_kinematics(np.zeros(0)), palletiser.forward_kinematics(q), atol=1e-12)
-    torn = palletiser.locked(dict(zip(names, q + 0.1, strict=True)))
+    torn = palletiser.with_locked_joints(dict(zip(names, q + 0.1, strict=True)))
     with pytest.raises(InputError, match=r"^q: palletiser has closed loops"):
         torn.forward_kinematics(np.zeros((3, 0)))
 
@@ -253,7 +253,7 @@ def test_timing_refuses(palletiser: mf.Robot) -> None:
 @pytest.mark.parametrize("fused", [True, False])
 def test_laws_made_without_their_functions_refuse_too(fused: bool, palletiser: mf.Robot) -> None:
     chain = ClosedChain(palletiser)
-    q, gains = chain.closed(np.zeros(4)).q, mf.control.Gains.of(4, 100.0, 20.0)
+    q, gains = chain.close_loops(np.zeros(4)).q, mf.control.Gains.of(4, 100.0, 20.0)
     given = mf.Scenario(robot=palletiser, trajectory=mf.trajectory.quintic(q, q, 0.01), law=mf.control.pid(4, 0.0))
     for law in (
         mf.control.laws.ComputedTorque(palletiser, gains), mf.control.laws.JointFeedback(gains, palletiser),
@@ -281,7 +281,7 @@ def test_pictures_are_of_closed_loops(palletiser: mf.Robot, tmp_path: Path) -> N
 
 def test_the_wrench_of_an_environment_is_that_of_a_closed_state(palletiser: mf.Robot) -> None:
     chain = ClosedChain(palletiser)
-    q = chain.closed(np.zeros(4)).q
+    q = chain.close_loops(np.zeros(4)).q
     qd = chain.rates(q, np.array([0.2, 0, 0.1, 0]))
     floor = mf.control.Wall(np.array([0, 0, 2.0]), np.array([0, 0, 1.0]), stiffness=100.0, damping=5.0)
     V = chain.jacobian_body(q) @ qd[chain.actuated]
@@ -295,7 +295,7 @@ def test_the_wrench_of_an_environment_is_that_of_a_closed_state(palletiser: mf.R
 def test_jacobians_of_closed_chains_are_slopes_of_positions(file: str) -> None:
     robot, h = mf.load(ROBOTS / file), 1e-5
     chain = ClosedChain(robot)
-    q = chain.closed(0.02 * np.random.default_rng(1).normal(size=robot.n)).q
+    q = chain.close_loops(0.02 * np.random.default_rng(1).normal(size=robot.n)).q
     body, space = chain.jacobian_body(q), chain.jacobian_space(q)
     middle = robot.mechanism.link_names[len(robot.mechanism.links) // 2]
     home, T = chain.robot.forward_kinematics(q), []
@@ -304,7 +304,7 @@ def test_jacobians_of_closed_chains_are_slopes_of_positions(file: str) -> None:
         for way in (h, -h):
             moved = q.copy()
             moved[joint] += way
-            found = chain.closed(moved, hold=chain.actuated, tries=1)
+            found = chain.close_loops(moved, hold=chain.actuated, tries=1)
             assert found
             T.append(chain.robot.forward_kinematics(found.q))
         twist = pose.log(T[0] @ pose.inverse(T[1])) / (2 * h)
@@ -323,7 +323,7 @@ def test_jacobians_of_closed_chains_are_slopes_of_positions(file: str) -> None:
 
 def test_dexterity_of_a_closed_chain(palletiser: mf.Robot) -> None:
     chain = ClosedChain(palletiser)
-    q = chain.closed(np.random.default_rng(3).uniform(-0.3, 0.3, (4, 4))).q
+    q = chain.close_loops(np.random.default_rng(3).uniform(-0.3, 0.3, (4, 4))).q
     J = chain.jacobian_space(q)[:, [3, 5]]
     np.testing.assert_allclose(mf.performance.manipulability_of(J), np.abs(np.linalg.det(J)), rtol=1e-9)
     s = np.linalg.svd(J, compute_uv=False)
@@ -336,7 +336,7 @@ def test_dexterity_of_a_closed_chain(palletiser: mf.Robot) -> None:
 
 
 def test_jacobians_of_too_few_and_too_many_motors_are_refused(palletiser: mf.Robot) -> None:
-    q = ClosedChain(palletiser).closed(np.zeros(4)).q
+    q = ClosedChain(palletiser).close_loops(np.zeros(4)).q
     names = palletiser.joint_names
     with pytest.raises(InputError, match="do not decide"):
         ClosedChain(palletiser, (names[0],)).jacobian_body(q)

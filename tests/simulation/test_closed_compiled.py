@@ -31,7 +31,7 @@ def rubbing(mechanism):
 
 def scenario_of(mechanism, law, **more):
     crank = ClosedChain(mechanism, ("A",))
-    start = crank.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    start = crank.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     motion = driven_trajectory(crank, quintic(start[:1], start[:1] + 0.6, 0.3), start)
     return Scenario(robot=mf.Robot(mechanism), trajectory=motion, law=law(ClosedChain(mechanism)), **more)
 
@@ -137,7 +137,7 @@ def test_a_doubtful_tick_of_a_law_with_an_integral_takes_the_whole_run_by_hand()
 def test_runs_side_by_side_are_those_alone():
     scenario = scenario_of(four_bar(), closed_computed_torque)
     chain = ClosedChain(four_bar())
-    q = chain.closed(scenario.trajectory.at(0.0).u + np.linspace(-0.1, 0.1, 20)[:, None] * [1, 0, 0], hold=["A"]).q
+    q = chain.close_loops(scenario.trajectory.at(0.0).u + np.linspace(-0.1, 0.1, 20)[:, None] * [1, 0, 0], hold=["A"]).q
     tape = simulate(replace(scenario, q=q, qd=0 * q), fused=True)
     assert tape.q.shape == (301, 20, 3)
     for k in (0, 13):
@@ -175,7 +175,7 @@ def test_steps_near_a_singular_configuration_are_made_by_hand(monkeypatch):
 def test_ten_seconds_of_free_motion_keep_loops_and_energy():
     mechanism = four_bar()
     chain = ClosedChain(mechanism)
-    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     law = pid(3, 0.0)
     tape = simulate(
         Scenario(robot=mf.Robot(mechanism), trajectory=rest(q, 10.0), law=law, integrator="rk4"), fused=True
@@ -189,7 +189,7 @@ def test_ten_seconds_of_free_motion_keep_loops_and_energy():
 
 def test_a_run_that_cannot_be_followed_ends_in_words():
     scenario = scenario_of(four_bar(), lambda chain: closed_gravity_compensation(chain, 1e7, 0.0))
-    away = ClosedChain(four_bar()).closed([1.5, 0.5, 1.5], hold=["A"]).q
+    away = ClosedChain(four_bar()).close_loops([1.5, 0.5, 1.5], hold=["A"]).q
     wild = replace(scenario, q=away, qd=np.zeros(3), step=0.02, saturate=False)
     for fused in (True, False):
         tape = simulate(wild, fused=fused)

@@ -35,7 +35,7 @@ class NoEffort:
 def crank_scenario(law=None, start=0.5, end=2.0, duration=1.0, mechanism=None, **more):
     mechanism = four_bar() if mechanism is None else mechanism
     chain = ClosedChain(mechanism)
-    q_0 = chain.closed([start, 0.5, 1.5], hold=["A"]).q
+    q_0 = chain.close_loops([start, 0.5, 1.5], hold=["A"]).q
     motion = driven_trajectory(chain, quintic([start], [end], duration), q_0)
     law = closed_computed_torque(chain) if law is None else law(chain)
     return chain, Scenario(robot=mf.Robot(mechanism), trajectory=motion, law=law, **more)
@@ -62,7 +62,7 @@ def test_computed_torque_follows_with_closed_loops(integrator):
     assert np.abs(tape.q - tape.q_ref).max() < 5e-3
     assert not tape.tau[:, 1:].any()
     # An error at the start dies out as e'' + 2 w e' + w^2 e = 0 says.
-    away = chain.closed(scenario.trajectory.at(0.0).u + np.array([0.02, 0, 0]), hold=["A"]).q
+    away = chain.close_loops(scenario.trajectory.at(0.0).u + np.array([0.02, 0, 0]), hold=["A"]).q
     moved = simulate(replace(scenario, q=away, integrator="rk4"))
     e, t = (moved.q_ref - moved.q)[:, 0], moved.t
     assert np.abs(e + 0.02 * np.exp(-20 * t) * (1 + 20 * t)).max() < 1e-3
@@ -78,7 +78,7 @@ def test_gravity_compensation_holds_the_mechanism():
 def test_ten_seconds_of_free_motion_keep_loops_and_energy():
     mechanism = four_bar()
     chain = ClosedChain(mechanism)
-    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     tape = simulate(Scenario(robot=mf.Robot(mechanism), trajectory=rest(q, 10.0), law=NoEffort(), integrator="rk4"))
     assert tape
     assert chain.error(tape.q).max() < 1e-10
@@ -159,7 +159,7 @@ def test_what_cannot_be_run_is_said():
         driven_trajectory(chain, quintic([0, 0], [1, 1], 1.0), [0.5, 0.5, 1.5])
     short = four_bar(ground=1.0, crank=0.7, coupler=0.6, rocker=0.5)
     stiff = ClosedChain(short)
-    q = stiff.closed([0.3, 0.5, 1.5], hold=["A"]).q
+    q = stiff.close_loops([0.3, 0.5, 1.5], hold=["A"]).q
     with pytest.raises(InputError, match="no closed configuration was found"):
         driven_trajectory(stiff, quintic([0.3], [2.5], 1.0), q)
     parallelogram = ClosedChain(four_bar(1.0, 0.5, 1.0, 0.5))

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import SpringDamper, TaskCoordinates, Wall, computed_torque, delayed, pid, task_computed_torque
+from mafsil.control import SpringDamper, TaskCoordinates, Wall, add_delay, computed_torque, pid, task_computed_torque
 from mafsil.control.contact import virtual_environment
 from mafsil.control.laws import TipOfJoints
 from mafsil.errors import InputError
@@ -107,7 +107,7 @@ def test_infinite_efforts_are_no_saturation(tmp_path):
 
 
 def test_a_law_that_fails_at_once_leaves_an_empty_recording_and_nonsense_an_error():
-    run = _run(delayed(Faulty(lambda x: _raise(ValueError("no"))), 0.0), duration=0.3)
+    run = _run(add_delay(Faulty(lambda x: _raise(ValueError("no"))), 0.0), duration=0.3)
     assert run.metadata["law"] == "Faulty"
     assert len(run.t) == BAD
 
@@ -276,7 +276,7 @@ def test_a_plain_function_drives_an_arm_and_is_named():
     run = simulate(Scenario(robot=ARM, trajectory=PATH, law=pd))
     assert run
     assert run.metadata["law"] == "pd"
-    late = simulate(Scenario(robot=ARM, trajectory=PATH, law=delayed(lambda t, q, qd, u: q[[3]], 2e-3)))
+    late = simulate(Scenario(robot=ARM, trajectory=PATH, law=add_delay(lambda t, q, qd, u: q[[3]], 2e-3)))
     assert late.status is SimulationStatus.LAW_RAISED
     assert "IndexError" in late.explain("en")
     with pytest.raises(InputError, match="reference"):

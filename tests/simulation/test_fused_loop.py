@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import combined, computed_torque, feedforward, gravity_compensation, pid
+from mafsil.control import combine, computed_torque, feedforward, gravity_compensation, pid
 from mafsil.errors import InputError
 from mafsil.kernels.march import march
 from mafsil.model import Friction
@@ -67,10 +67,10 @@ CASES = {
         "disturbances": (WrenchPulse(0.03, 0.05, [0, 0, 1.0, 20.0, 0, 0]),),
     },
     "feedforward and PID": lambda arm: {
-        "law": combined(feedforward(arm), pid(6, [800, 800, 400, 80, 80, 80], [60, 60, 30, 3, 3, 3], 10.0))
+        "law": combine(feedforward(arm), pid(6, [800, 800, 400, 80, 80, 80], [60, 60, 30, 3, 3, 3], 10.0))
     },
     "integrals that wait": lambda arm: {
-        "law": combined(
+        "law": combine(
             gravity_compensation(arm, 60.0, 4.0, 900.0, effort_limit=[20, 50, 30, 1, np.inf, 2]),
             pid(6, 20.0, 2.0, 400.0, effort_limit=[1, 2, 3, 4, 5, 0.5]),
             computed_torque(arm, integral=9.0),
@@ -142,7 +142,7 @@ def test_what_cannot_be_compiled_runs_step_by_step(arm):
 
     python = scenario(arm, law=Passive())
     long = scenario(arm, step=1e-4, period=1e-3)
-    for tried in (python, long, scenario(arm, law=combined(pid(6, 1.0), Passive()))):
+    for tried in (python, long, scenario(arm, law=combine(pid(6, 1.0), Passive()))):
         assert not can_fuse(tried)
         with pytest.raises(InputError, match="step by step"):
             mf.simulate(tried, fused=True)
@@ -155,9 +155,9 @@ def test_long_runs_are_compiled_unasked_and_short_ones_not(arm):
 
 
 def test_marching_refuses_arrays_that_do_not_fit(arm):
-    from mafsil.robot.compiling import compiled
+    from mafsil.robot.compiling import compile_quantity
 
-    kernel = compiled(arm.mechanism, "gravity_torque")
+    kernel = compile_quantity(arm.mechanism, "gravity_torque")
     q, out = np.zeros((4, 3, 6)), np.empty((4, 3, 6))
     march(kernel, [q, out], 4)
     np.testing.assert_array_equal(out, np.broadcast_to(arm.gravity_torque(np.zeros(6)), (4, 3, 6)))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import Gains, combined, computed_torque
+from mafsil.control import Gains, combine, computed_torque
 from mafsil.errors import InputError
-from mafsil.simulation import Plant, Scenario, learn, learning_factor
+from mafsil.simulation import Plant, Scenario, iterative_learning, learning_factor
 from mafsil.simulation.iterative_learning import LearningStatus, low_passed
 from mafsil.trajectory import quintic
 
@@ -25,7 +25,7 @@ def scenario(friction=True, payload=2.0, **options):
 @pytest.mark.capability("10-88")
 def test_a_payload_and_friction_that_the_model_does_not_know_are_learned():
     given = scenario()
-    found = learn(given, 6)
+    found = iterative_learning(given, 6)
     assert found.status is LearningStatus.IMPROVED
     assert len(found) == 6
     total = np.linalg.norm(found.error, axis=1)
@@ -33,7 +33,7 @@ def test_a_payload_and_friction_that_the_model_does_not_know_are_learned():
     assert total[-1] < 0.02 * total[0]
     # What was learned does the same in a run of its own.
     alone = mf.simulate(Scenario(**{name: getattr(given, name) for name in (
-        "robot", "plant", "trajectory", "saturate")}, law=combined(given.law, found.law)))  # fmt: skip
+        "robot", "plant", "trajectory", "saturate")}, law=combine(given.law, found.law)))  # fmt: skip
     rms = np.sqrt(np.mean((alone.q_ref - alone.q) ** 2, axis=0))
     assert np.linalg.norm(rms) < 1.2 * total[-1]
     assert f"{total[0]:.3g}" in found.explain("en")
@@ -43,7 +43,7 @@ def test_a_payload_and_friction_that_the_model_does_not_know_are_learned():
 def test_the_passes_converge_as_the_sensitivity_says():
     """A known load on a linear joint: the feedback of each pass is the last one's times Q S."""
     given = scenario(friction=False, payload=0.5)
-    found = learn(given, 4, gain=0.5, cutoff=200.0)
+    found = iterative_learning(given, 4, gain=0.5, cutoff=200.0)
     total = np.linalg.norm(found.error, axis=1)
     factor = learning_factor(given.law.gains, gain=0.5, cutoff=200.0).max()
     assert factor < 1
@@ -75,10 +75,10 @@ def test_the_low_pass_has_no_delay_and_lets_half_through_at_its_cutoff():
 
 def test_what_cannot_be_learned_from_is_said():
     with pytest.raises(InputError, match="batch"):
-        learn(scenario(q=np.zeros((2, 6))), 2)
+        iterative_learning(scenario(q=np.zeros((2, 6))), 2)
     with pytest.raises(InputError, match="gain"):
-        learn(scenario(), 2, gain=1.5)
+        iterative_learning(scenario(), 2, gain=1.5)
     with pytest.raises(InputError, match="cutoff"):
-        learn(scenario(), 2, cutoff=0.0)
-    nothing = learn(scenario(friction=False, payload=1e-9), 2)
+        iterative_learning(scenario(), 2, cutoff=0.0)
+    nothing = iterative_learning(scenario(friction=False, payload=1e-9), 2)
     assert np.linalg.norm(nothing.error[0]) < 1e-3

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import combined, current_loop, delayed, hold_pose
+from mafsil.control import add_delay, combine, current_loop, hold_pose
 from mafsil.control.laws import LawMemory
 from mafsil.control.laws.matrix_feedback import matrix_pid
 from mafsil.errors import InputError
@@ -33,7 +33,7 @@ def admittance():
     return mf.control.admittance_control(ARM, wanted, still, lambda q, qd: np.zeros(2), coordinates=IN_PLANE)
 
 
-WAITING = combined(
+WAITING = combine(
     mf.control.feedforward(ARM), mf.control.gravity_compensation(ARM, 300.0, 3.0, 900.0, effort_limit=[5.0, np.inf])
 )
 LAWS = {
@@ -47,9 +47,9 @@ LAWS = {
     ),
     "adaptive": mf.control.adaptive_control(ARM),
     "admittance": admittance(),
-    "delayed": delayed(mf.control.pid(2, 300.0, 30.0, 900.0), 0.004),
+    "delayed": add_delay(mf.control.pid(2, 300.0, 30.0, 900.0), 0.004),
     "current": current_loop(mf.control.pid(2, 300.0, 30.0, 900.0), 300.0),
-    "sum": combined(mf.control.feedforward(ARM), mf.control.pid(2, 300.0, 30.0, 900.0)),
+    "sum": combine(mf.control.feedforward(ARM), mf.control.pid(2, 300.0, 30.0, 900.0)),
 }
 
 

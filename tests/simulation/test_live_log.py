@@ -18,7 +18,7 @@ from mcap.writer import CompressionType, Writer
 import mafsil as mf
 from mafsil.control import Wall, closed_gravity_compensation, computed_torque, gravity_compensation
 from mafsil.errors import FileError, InputError, MafsilError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.parallel import ClosedChain
 from mafsil.simulation import (
     LiveLog,
@@ -99,7 +99,7 @@ def test_a_log_holds_the_recording_and_leaves_the_run_as_it_is(kind, tmp_path, e
 
 def test_loops_are_logged_too(tmp_path, eager):
     chain = ClosedChain(four_bar())
-    start = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    start = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     law = closed_gravity_compensation(chain, 50.0, 10.0)
     scenario = Scenario(robot=mf.Robot(four_bar()), trajectory=rest(start, 0.02), law=law)
     logged = simulate(scenario, log=tmp_path / "run.mcap")
@@ -375,7 +375,7 @@ joints = [0.4, 0.1]
 
 
 def test_the_log_of_a_job_is_one_motion(tmp_path):
-    run = solve(parse(JOB), JOB, Path(), log=tmp_path / "job.mcap")
+    run = solve(parse_job(JOB), JOB, Path(), log=tmp_path / "job.mcap")
     assert isinstance(run, Run)
     back = Recording.load(tmp_path / "job.mcap")
     same(run.recording, back)

@@ -20,7 +20,7 @@ from mafsil.control import (
     Wall,
     closed_computed_torque,
     closed_gravity_compensation,
-    combined,
+    combine,
     computed_torque,
     feedforward,
     gravity_compensation,
@@ -37,7 +37,7 @@ from mafsil.simulation import (
     Scenario,
     Uniform,
     Variation,
-    cluster_of,
+    cluster_executor,
     monte_carlo,
     simulate,
 )
@@ -59,7 +59,7 @@ def scenario(law="computed_torque", seconds=0.2, **options):
     laws = {
         "computed_torque": lambda: computed_torque(robot, natural_frequency=25.0, integral=50.0),
         "pd_gravity": lambda: gravity_compensation(robot, kp=200.0, kd=20.0),
-        "two": lambda: combined(feedforward(robot), gravity_compensation(robot, kp=200.0, kd=20.0)),
+        "two": lambda: combine(feedforward(robot), gravity_compensation(robot, kp=200.0, kd=20.0)),
         "own": lambda: Own(computed_torque(robot)),
     }
     path = quintic(np.zeros(6), [0.3, -0.2, 0.2, 0.4, -0.4, 0.5], seconds)
@@ -150,7 +150,7 @@ def test_two_dask_workers_give_the_same_bits(monkeypatch):
     variation = Variation(payload=(0.0, 2.0), inertia=(0.9, 1.1))
     size = chunk_size([given])
     here = monte_carlo(given, variation, size + 5)
-    with cluster_of("2") as client:
+    with cluster_executor("2") as client:
         assert isinstance(client, distributed.Client)
         there = monte_carlo(given, variation, size + 5, executor=client)
         assert len(client.scheduler_info(n_workers=-1)["workers"]) == 2
@@ -159,13 +159,13 @@ def test_two_dask_workers_give_the_same_bits(monkeypatch):
 
 
 def test_clusters_that_are_none_are_named(monkeypatch):
-    with cluster_of(None) as nobody:
+    with cluster_executor(None) as nobody:
         assert nobody is None
     for where in ("0", "100000", "nonsense://somewhere"):
-        with pytest.raises(InputError, match="cluster"), cluster_of(where):
+        with pytest.raises(InputError, match="cluster"), cluster_executor(where):
             pass
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(InputError, match=r"mafsil\[distributed\]"), cluster_of("2"):
+    with pytest.raises(InputError, match=r"mafsil\[distributed\]"), cluster_executor("2"):
         pass
 
 
@@ -197,7 +197,7 @@ def test_a_delay_is_that_of_the_delayed_law(law):
     assert late is not None
     assert len(set(late.tolist())) > 2
     for k in range(3):
-        alone = simulate(replace(given, law=mf.control.delayed(given.law, late[k] * 1e-3)))
+        alone = simulate(replace(given, law=mf.control.add_delay(given.law, late[k] * 1e-3)))
         assert alone.tip_position_error.max() == pytest.approx(found.outcomes.tip_error[k], rel=1e-9)
 
 
@@ -368,7 +368,7 @@ def test_commands_that_are_late_act_in_the_next_motion():
     found = monte_carlo(parts, Variation(delay=(0.006, 0.006)), 1, marks=[0.15])
     memory, q, qd = mf.control.laws.LawMemory(), parts[0].q, parts[0].qd
     for part in parts:
-        tape = mf.simulate(replace(part, law=mf.control.delayed(part.law, 0.006), q=q, qd=qd), memory=memory)
+        tape = mf.simulate(replace(part, law=mf.control.add_delay(part.law, 0.006), q=q, qd=qd), memory=memory)
         q, qd = tape.q[-1], tape.qd[-1]
     np.testing.assert_allclose(found.outcomes.marked[0, 0], q, rtol=0, atol=1e-12)
     np.testing.assert_allclose(found.again(0).q[-1], q, rtol=0, atol=1e-12)
@@ -414,15 +414,15 @@ def test_the_noise_of_a_run_is_its_own(monkeypatch):
 
 def test_gains_behind_a_delay_are_varied_too():
     given = scenario()
-    late = replace(given, law=mf.control.delayed(given.law, 0.002))
+    late = replace(given, law=mf.control.add_delay(given.law, 0.002))
     found = monte_carlo(late, Variation(gains=(0.5, 2.0)), 2, seed=1)
-    slow = mf.control.delayed(computed_torque(given.robot, natural_frequency=25.0, integral=50.0), 0.002)
+    slow = mf.control.add_delay(computed_torque(given.robot, natural_frequency=25.0, integral=50.0), 0.002)
     factor = found.variants.gains[0]
     law = ComputedTorque(
         given.robot,
         type(slow.law.gains)(*(x * factor for x in (slow.law.gains.kp, slow.law.gains.kd, slow.law.gains.ki))),
     )
-    alone = simulate(replace(given, law=mf.control.delayed(law, 0.002), integrator=found.scenarios[0].integrator))
+    alone = simulate(replace(given, law=mf.control.add_delay(law, 0.002), integrator=found.scenarios[0].integrator))
     assert alone.tip_position_error.max() == pytest.approx(found.outcomes.tip_error[0], rel=1e-9)
 
 
@@ -450,7 +450,7 @@ def rubbing_four_bar():
 
 def closed_scenario(law, **options):
     chain = ClosedChain(rubbing_four_bar(), ("A",))
-    start = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    start = chain.close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     motion = driven_trajectory(chain, quintic(start[:1], start[:1] + 0.6, 0.1), start)
     return Scenario(robot=mf.Robot(rubbing_four_bar()), trajectory=motion, law=law(chain), **options)
 
@@ -547,7 +547,7 @@ def test_runs_that_come_near_lost_rank_end_where_they_are(fused):
 
 def test_starts_that_cannot_be_closed_are_refused_by_name():
     mechanism = four_bar(1.0, 0.9, 0.5, 0.8)
-    q = ClosedChain(mechanism).closed([0.5, 0.5, 1.5], hold=["A"]).q
+    q = ClosedChain(mechanism).close_loops([0.5, 0.5, 1.5], hold=["A"]).q
     given = Scenario(robot=mf.Robot(mechanism), trajectory=rest(q, 0.01), law=mf.control.pid(3, 0.0))
     with pytest.raises(InputError, match="no closed configuration was found for the start of run 0"):
         simulate(replace(given, variants=drawn(Variation(start=(2.5, 2.6)), given.robot, 1e-3, 2, 0)))

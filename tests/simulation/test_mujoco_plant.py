@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.control import computed_torque
 from mafsil.errors import InputError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.simulation import MuJoCoPlant, Plant, Scenario, WrenchPulse, simulate
 from mafsil.simulation import mujoco_plant as module
 from mafsil.trajectory import quintic
@@ -99,7 +99,7 @@ plant = "{plant}"
 [[move]]
 joints = [0.4, -0.3, 0.5, 0.3, -0.4, 0.5]
 """
-    runs = [solve(parse(words := text.format(plant=plant)), words, Path()) for plant in ("mafsil", "mujoco")]
+    runs = [solve(parse_job(words := text.format(plant=plant)), words, Path()) for plant in ("mafsil", "mujoco")]
     ours, theirs = runs
     assert isinstance(ours, Run)
     assert isinstance(theirs, Run)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import computed_torque, delayed
+from mafsil.control import add_delay, computed_torque
 from mafsil.errors import InputError
-from mafsil.job import Run, parse, solve
+from mafsil.job import Run, parse_job, solve
 from mafsil.simulation import Deadlines, Recording, Scenario, simulate
 from mafsil.simulation.clock import RealTime
 from mafsil.trajectory import quintic
@@ -56,7 +56,7 @@ def test_what_a_slow_law_misses_is_counted_and_said(tmp_path):
 
 
 def test_a_law_slower_than_its_period_is_named():
-    law = delayed(Slow(0.01, range(100)), 0.01)
+    law = add_delay(Slow(0.01, range(100)), 0.01)
     run = simulate(Scenario(robot=ARM, trajectory=PATH, law=law, step=0.01), clock="real")
     assert "The control law Slow is slower than its period" in run.explain("en")
 
@@ -78,7 +78,7 @@ def test_counting_is_exact_on_a_clock_of_our_own():
         clock.begin()
         start = time[0]
         time[0] = start + law
-        clock.decided()
+        clock.end_law()
         time[0] = start + work
         clock.end()
     found = clock.deadlines()
@@ -100,7 +100,7 @@ settle = 0
 joints = [0.2, 0.1]
 duration = 0.6
 """
-    run = solve(parse(text), text, Path())
+    run = solve(parse_job(text), text, Path())
     assert isinstance(run, Run)
     found = Deadlines.of(run.recording.metadata)
     assert found is not None

@@ -120,7 +120,7 @@ def test_from_rest_there_is_one_force_and_it_obeys_coulomb(seed):
         N[:, 2] = np.abs(N[:, 2]) + 0.5
         N /= np.linalg.norm(N, axis=1)[:, None]
         drift = rng.normal(size=3) * 5 - [0, 0, 4]
-        touch = PointContact.of(W, N, mu).solved(drift, np.zeros(k), None)
+        touch = PointContact.of(W, N, mu).solve(drift, np.zeros(k), None)
         a = drift + W @ touch.force
         assert (N @ a > -1e-8).all()
         cones = np.vstack([rays(n, m) for n, m in zip(N, mu, strict=True)]).T

@@ -54,7 +54,7 @@ def wiped(surface, press, duration=0.15, heavier=0.0, **gains):
 
     end = START.copy()
     end[:3, 3] += 0.03 * START[:3, 0]
-    tip = TipMotion(line_path(START, end), time_law("quintic").unit().stretched(duration))
+    tip = TipMotion(line_path(START, end), time_law("quintic").unit().scale_time(duration))
     law = hybrid_control(
         PUMA, tip, constraint, lambda T: -press * normal(T), gains=Gains.from_natural_frequency(6, 20.0),
         sensor=TipForceSensor(plant.robot, None, TaskCoordinates()), **gains,

@@ -13,7 +13,7 @@ from mafsil.control.contact import constrained_dynamics
 from mafsil.errors import InputError
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.simulation import Plant, Recording, RigidPlant, RigidSurface
-from mafsil.simulation.recording import joined
+from mafsil.simulation.recording import join_recordings
 from mafsil.trajectory.profiles import rest
 from tests.simulation.rigid_scenes import Force, G
 
@@ -321,7 +321,7 @@ def test_runs_that_follow_each_other_keep_their_events_in_one_time():
         robot=BALL, trajectory=rest([0.0], 0.7), law=Force(lambda t: 0.0), plant=plant, saturate=False,
         q=first.q[-1], qd=first.qd[-1],
     )  # fmt: skip
-    both, whole = joined([first, mf.simulate(scenario)]), dropped(0.3, 0.5, 1.0)
+    both, whole = join_recordings([first, mf.simulate(scenario)]), dropped(0.3, 0.5, 1.0)
     one, two = ([event["time"] for event in events(run, "impact")] for run in (both, whole))
     np.testing.assert_allclose(one, two, rtol=0, atol=1e-9)
     assert both.metadata["rigid_contact"]["impacts"] == whole.metadata["rigid_contact"]["impacts"]

@@ -12,7 +12,7 @@ import pytest
 import mafsil as mf
 from mafsil.control import computed_torque
 from mafsil.errors import InputError
-from mafsil.simulation import Plant, suitable_integrator
+from mafsil.simulation import Plant, choose_integrator
 from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.stepping import by_secants, damped_acceleration
 from mafsil.trajectory import quintic
@@ -67,8 +67,8 @@ def test_light_arms_run_at_the_default_step(path, step):
     assert wrong.status is SimulationStatus.BLOWN_UP
     assert "implicit_friction" in wrong.explain("en")
     assert "implicit_friction" in wrong.explain("ar")
-    assert suitable_integrator(Plant(robot), q, step, "rk4") == "implicit_friction"
-    assert suitable_integrator(Plant(robot, friction=False), q, step, "rk4") == "rk4"
+    assert choose_integrator(Plant(robot), q, step, "rk4") == "implicit_friction"
+    assert choose_integrator(Plant(robot, friction=False), q, step, "rk4") == "rk4"
 
 
 def test_a_joint_below_breakaway_stays_and_above_it_accelerates_by_the_rest():

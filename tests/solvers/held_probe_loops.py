@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.held import Held, open_held
 from mafsil.kernels.loops.loop import compiled
 
 
@@ -30,7 +30,7 @@ class Outer(NamedTuple):
 @compiled
 def weighed(held: Held[Outer], x: NDArray[np.float64]) -> float:
     """A number that everything in the value has a part in; the first row doubles."""
-    value = opened(held)
+    value = open_held(held)
     total = value.share * value.table.sum() + value.inner.count
     for k in range(len(x)):
         if value.inner.flags[k]:

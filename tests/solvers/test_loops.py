@@ -148,7 +148,7 @@ def test_an_entry_that_says_something_else_is_compiled_again(package: Path, tmp_
     place = tmp_path / "cache"
     run(package, place)
     for path in entries(place):
-        path.write_bytes(LOOP.sealed(bytes.fromhex(path.stem), b"\0" * 40))
+        path.write_bytes(LOOP.seal(bytes.fromhex(path.stem), b"\0" * 40))
     assert run(package, place)[0] == 12.0
     assert run(package, place) == (12.0, "")
 

@@ -62,7 +62,7 @@ def settled(studio: Studio, *windows: Browser) -> list[float]:
     for window in windows:
         window.wait(f"mafsil.store.journal.length === {len(lines)}")
         assert [[one["do"], one["with"]] for one in window.ask("mafsil.store.journal")] == lines
-    q = studio.journal.replayed().q.tolist()
+    q = studio.journal.replay().q.tolist()
     for window in windows:
         assert state(window)["q"] == q
     return q
@@ -225,7 +225,7 @@ def test_what_is_done_without_the_server_is_sent_later(tmp_path: Path) -> None:
             again.server.access = replace(again.server.access, token=token)
             threading.Thread(target=again.serve, daemon=True).start()
             window.wait("mafsil.link.connected && !mafsil.link.pending.size")
-            assert again.journal.replayed().q[1] == 0.75
+            assert again.journal.replay().q[1] == 0.75
             again.server.shutdown()
 
 

@@ -278,7 +278,7 @@ def test_what_goes_over_the_wire_is_done_to_the_last_bit(studio: Studio, actions
     for k, (name, arguments) in enumerate(actions):
         assert post(studio, "actions", [put(f"h-{k}", name, **arguments)])[0] == 200
         getattr(alone, name)(**arguments)
-    assert np.array_equal(studio.journal.replayed().q, alone.q)
+    assert np.array_equal(studio.journal.replay().q, alone.q)
 
 
 def test_a_job_is_stopped(studio: Studio) -> None:
@@ -389,7 +389,7 @@ def test_what_a_studio_opens_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     results = "mafsil-results/lift-1"
     with studio_of([results, f"{results}/recording.npz"], 0) as opened:
         assert opened.arm.robot.name == "planar2r"
-        assert [one["title"] for one in opened.recordings.listed()["list"]] == ["lift-1", "lift-1"]
+        assert [one["title"] for one in opened.recordings.list_recordings()["list"]] == ["lift-1", "lift-1"]
         assert opened.recordings.compare(1, 2)["largest"] == 0.0
     with pytest.raises(InputError, match="other joints"):
         studio_of(["panda", results], 0)

@@ -51,7 +51,7 @@ def test_values_and_derivatives_are_those_of_scipy(degree, kind):
         np.testing.assert_allclose(ours.at([0.0, 2.5]).u, control[[0, -1]], atol=1e-12)
     batch = bspline(np.stack([control, 2 * control]), 2.5, degree=degree, knots=kind)
     np.testing.assert_allclose(batch.at(t).u[:, 1], 2 * ours.at(t).u, atol=1e-12)
-    np.testing.assert_allclose(ours.stretched(2.0).at(2 * t).v, ours.at(t).v / 2, atol=1e-12)
+    np.testing.assert_allclose(ours.scale_time(2.0).at(2 * t).v, ours.at(t).v / 2, atol=1e-12)
 
 
 @settings(deadline=None, max_examples=60)

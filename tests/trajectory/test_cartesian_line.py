@@ -76,7 +76,7 @@ def test_shortest_duration_touches_a_limit(panda):
     T = panda.forward_kinematics(Q)
     motion = cartesian_line(panda, Q, moved(T, [0.2, 0.1, -0.2])).value
     assert check(motion, panda.limits, tolerance=1e-6)
-    assert not check(motion.stretched(0.999), panda.limits, tolerance=1e-6)
+    assert not check(motion.scale_time(0.999), panda.limits, tolerance=1e-6)
 
 
 def test_too_fast_is_named_or_stretched(panda):

@@ -88,7 +88,7 @@ def test_rates_are_those_of_the_followed_joint_path():
     robot = mf.load("ur5e")
     path = paths(robot.forward_kinematics(START))["corners"]
     motion = joint_motion(robot, path, START, 1.5, law="cubic", rate=400.0)
-    law = mf.trajectory.time_law("cubic").unit().stretched(1.5).at(motion.times)
+    law = mf.trajectory.time_law("cubic").unit().scale_time(1.5).at(motion.times)
     joints = follow(robot, path, START, tolerance=1e-8).value.at(law.u[:, 0])
     apart = np.abs(law.u[:, 0] - path.breaks[1]) > 1e-9
     np.testing.assert_allclose(motion.q, joints.u, atol=1e-7)

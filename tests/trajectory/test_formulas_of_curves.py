@@ -70,7 +70,7 @@ def test_derivatives_of_pieces_are_those_of_a_spline():
 @pytest.mark.capability("11-35", "11-38")
 def test_jerk_of_a_path_in_time_is_the_rate_of_its_acceleration():
     path = cubic_through([[0.1, 0.5], [0.9, -0.4], [0.3, 0.2]], [0.6, 0.4])
-    motion, h = PathMotion(path, time_law("quintic").unit().stretched(1.7)), 1e-5
+    motion, h = PathMotion(path, time_law("quintic").unit().scale_time(1.7)), 1e-5
     t = np.array([0.3, 0.7, 1.4])
     np.testing.assert_allclose(motion.jerk(t), (motion.at(t + h).a - motion.at(t - h).a) / (2 * h), rtol=1e-6)
 

@@ -81,11 +81,11 @@ def test_the_path_of_a_trajectory() -> None:
 
 def test_reversed_twice_is_the_same() -> None:
     path = JointPath.through(points(3))
-    back = path.reversed()
+    back = path.reverse()
     s = np.linspace(0, path.end, 91)
     np.testing.assert_allclose(back.at(path.end - s).u, path.at(s).u, atol=1e-10)
     np.testing.assert_allclose(back.at(path.end - s).slope, -path.at(s).slope, atol=1e-9)
-    np.testing.assert_allclose(back.reversed().at(s).curvature, path.at(s).curvature, atol=1e-8)
+    np.testing.assert_allclose(back.reverse().at(s).curvature, path.at(s).curvature, atol=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from mafsil.trajectory.paths import CartesianPath
 from mafsil.trajectory.paths.path_task import path_equations, path_error, path_rates
 from mafsil.trajectory.profiles.polynomial import quintic_coefficients
 from mafsil.trajectory.splines import PiecewisePolynomial
-from mafsil.trajectory.timing.path_timing import dilated, slowest
+from mafsil.trajectory.timing.path_timing import dilate_time, slowest
 
 TICK = 1e-3
 
@@ -57,7 +57,7 @@ def test_slow_only_where_needed_within_every_limit(law: str, width: float) -> No
     )
     brisk = PathMotion(spike(0.5, width), time)
     bounds = limits()
-    motion = dilated(brisk, bounds, growth)
+    motion = dilate_time(brisk, bounds, growth)
     uniform = brisk.duration * max(brisk.stretch_needed(bounds), 1.0)
     assert longest_ratio(motion, bounds) <= 1 + 1e-6
     assert brisk.duration * (1 - 1e-9) <= motion.duration <= uniform * (1 + 1e-6)
@@ -74,7 +74,7 @@ def test_slow_only_where_needed_within_every_limit(law: str, width: float) -> No
 
 def test_the_speed_is_the_derivative_of_the_position_and_the_acceleration_is_continuous() -> None:
     brisk = PathMotion(spike(0.5, 0.02), quintic(0.0, 1.0, 2.0))
-    motion = dilated(brisk, limits(), 10.0)
+    motion = dilate_time(brisk, limits(), 10.0)
     t = np.linspace(0.0, motion.duration, 200_001)
     u = motion.at(t)
     h = t[1] - t[0]
@@ -84,7 +84,7 @@ def test_the_speed_is_the_derivative_of_the_position_and_the_acceleration_is_con
 
 def test_where_nothing_is_too_fast_nothing_changes() -> None:
     brisk = PathMotion(spike(0.5, 0.3), quintic(0.0, 1.0, 20.0))
-    assert dilated(brisk, limits(), 10.0).duration == brisk.duration
+    assert dilate_time(brisk, limits(), 10.0).duration == brisk.duration
 
 
 def test_the_slowest_place_is_the_steep_one() -> None:

@@ -98,7 +98,7 @@ def test_stopping_at_every_point():
 
 def test_stretched_scales_every_derivative():
     motion = cubic([0.0, 1.0], [2.0, -3.0], 1.5, start_velocity=[1.0, 0.0])
-    slow = motion.stretched(3.0)
+    slow = motion.scale_time(3.0)
     t = np.linspace(0, 1.5, 20, endpoint=False)
     for order, (fast_part, slow_part) in enumerate(zip(motion.at(t), slow.at(3 * t), strict=True)):
         np.testing.assert_allclose(slow_part, fast_part / 3.0**order, atol=1e-13)

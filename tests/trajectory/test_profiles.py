@@ -18,7 +18,7 @@ from mafsil.trajectory import (
     linear_blends,
     quintic,
     straight_lines,
-    synchronised,
+    synchronise_axes,
     time_law,
 )
 from mafsil.trajectory.profiles import LAWS, SideBySide, profiles
@@ -56,7 +56,7 @@ def test_a_law_leads_from_start_to_goal_and_its_derivatives_are_derivatives(name
     np.testing.assert_allclose((near[1].u - near[0].u) / (2 * h), here.v, atol=1e-6)
     np.testing.assert_allclose((near[1].v - near[0].v) / (2 * h), here.a, atol=1e-5)
     np.testing.assert_allclose((near[1].a - near[0].a) / (2 * h), motion.jerk(t), atol=1e-4)
-    slower = motion.stretched(2.0)
+    slower = motion.scale_time(2.0)
     np.testing.assert_allclose(slower.at(2 * t).v, here.v / 2, atol=1e-12)
     np.testing.assert_allclose(slower.jerk(2 * t), motion.jerk(t) / 8, atol=1e-11)
 
@@ -182,7 +182,7 @@ def test_double_s_of_a_given_duration():
 def test_axes_of_different_kinds_arrive_together():
     arm = quintic([0.0, 1.0], [1.0, 3.0], 2.0)
     slide = double_s(0.0, 5.0, velocity=1.0, acceleration=2.0, jerk=10.0).value
-    both = synchronised(arm, slide, LAWS["cosine"].unit())
+    both = synchronise_axes(arm, slide, LAWS["cosine"].unit())
     assert isinstance(both, SideBySide)
     assert isinstance(both, Trajectory)
     assert both.n == 4
@@ -190,9 +190,9 @@ def test_axes_of_different_kinds_arrive_together():
     np.testing.assert_allclose(end.u, [1.0, 3.0, 5.0, 1.0], atol=1e-12)
     before = both.at(both.duration * (1 - 1e-6)).v
     assert (np.abs(before) > 0.0).all()
-    assert both.stretched(2.0).duration == 2 * both.duration
+    assert both.scale_time(2.0).duration == 2 * both.duration
     assert len(both.breaks()) >= 8
     with pytest.raises(InputError):
-        synchronised()
+        synchronise_axes()
     tight = JointLimits(*(np.full(4, x) for x in (-1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3)))
     assert not check(both, tight)

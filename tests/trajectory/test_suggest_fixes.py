@@ -48,7 +48,7 @@ def test_each_of_a_hundred_broken_requests_is_mended_by_the_least_change(seed):
             for smaller in (remedy.factor * (1 - 1e-6), 1 + (remedy.factor - 1) / 2):
                 if smaller * GROWTH**2 > remedy.factor:
                     assert not is_possible(diagnosis.request.slower(smaller, leg))
-    assert check(diagnosis.mended(), LIMITS)
+    assert check(diagnosis.apply_fix(), LIMITS)
 
 
 @pytest.mark.parametrize("seed", SEEDS[:6])
@@ -73,7 +73,7 @@ def test_slowing_never_mends_a_spline_that_leaves_the_range_but_a_stop_does():
     kinds = {remedy.kind for remedy in diagnosis.remedies}
     assert RemedyKind.SLOWER not in kinds
     assert RemedyKind.STOP in kinds
-    assert check(diagnosis.mended("stop"), diagnosis.request.limits)
+    assert check(diagnosis.apply_fix("stop"), diagnosis.request.limits)
     assert "stop at point" in diagnosis.explain("en")
     assert diagnosis.explain("ar") != diagnosis.explain("en")
 
@@ -83,7 +83,7 @@ def test_a_robots_own_limits_and_names():
     diagnosis = suggest_fixes([[0.0] * 6, [1.0] * 6], [0.1], robot)
     assert robot.joint_names[0] in diagnosis.explain("en")
     assert [remedy.kind for remedy in diagnosis.remedies] == [RemedyKind.SLOWER]
-    slower = diagnosis.mended()
+    slower = diagnosis.apply_fix()
     assert check(slower, robot)
     assert slower.duration == pytest.approx(diagnosis.remedies[0].factor * 0.1)
     data = diagnosis.to_dict()
@@ -95,7 +95,7 @@ def test_a_possible_request_is_true_and_mended_as_it_is():
     diagnosis = suggest_fixes([[0.0], [1.0]], [3.0], MotionLimits.of(1, velocity=1.0))
     assert diagnosis
     assert diagnosis.status is RequestStatus.POSSIBLE
-    assert diagnosis.mended().duration == 3.0
+    assert diagnosis.apply_fix().duration == 3.0
 
 
 def test_what_no_time_allows_has_no_remedy():
@@ -104,7 +104,7 @@ def test_what_no_time_allows_has_no_remedy():
     one_way = suggest_fixes([[0.0], [1.0], [0.0]], [1.0, 1.0], MotionLimits.of(1, velocity=(0.0, 9.0)))
     assert RemedyKind.SLOWER not in {remedy.kind for remedy in one_way.remedies}
     with pytest.raises(InputError, match="no remedy"):
-        forbidden.mended()
+        forbidden.apply_fix()
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,7 @@ def test_scale_and_reversal(seed: int) -> None:
     twice = MotionLimits.of(7, velocity=tuple(2 * limits.velocity), acceleration=tuple(4 * limits.acceleration))
     assert time_optimal(path, twice, intervals=200).duration == pytest.approx(duration / 2, rel=1e-9)
     swapped = MotionLimits.of(7, velocity=tuple(-limits.velocity[::-1]), acceleration=tuple(limits.acceleration))
-    assert time_optimal(path.reversed(), swapped, intervals=2000).duration == pytest.approx(
+    assert time_optimal(path.reverse(), swapped, intervals=2000).duration == pytest.approx(
         time_optimal(path, limits, intervals=2000).duration, rel=1e-3
     )
 

@@ -225,7 +225,7 @@ def test_places_in_corners_are_those_that_a_look_at_each_corner_finds(s):
     path = chain(7)
     places = np.array([*s, *(one.place for one in path.blends), *(one.place + one.half for one in path.blends)])
     right = [next((one for one in path.blends if abs(x - one.place) < one.half), None) for x in places]
-    sharp = path.unblended().poses(places)[:, :3, 3]
+    sharp = path.with_sharp_corners().poses(places)[:, :3, 3]
     rounded = path.poses(places)[:, :3, 3]
     for x, one, a, b in zip(places, right, sharp, rounded, strict=True):
         if one is None:
@@ -233,6 +233,9 @@ def test_places_in_corners_are_those_that_a_look_at_each_corner_finds(s):
         else:
             alone = replace(path, blends=(one,)).poses(x)[:3, 3]
             np.testing.assert_allclose(b, alone, atol=1e-15)
-    hidden = np.abs(path.unblended().breaks[:, None] - np.array([one.place for one in path.blends])).min(axis=1) < 1e-9
+    hidden = (
+        np.abs(path.with_sharp_corners().breaks[:, None] - np.array([one.place for one in path.blends])).min(axis=1)
+        < 1e-9
+    )
     ends = np.array([place for one in path.blends for place in (one.place - one.half, one.place + one.half)])
-    np.testing.assert_allclose(path.breaks, np.union1d(path.unblended().breaks[~hidden], ends), atol=1e-12)
+    np.testing.assert_allclose(path.breaks, np.union1d(path.with_sharp_corners().breaks[~hidden], ends), atol=1e-12)

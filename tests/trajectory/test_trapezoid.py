@@ -42,7 +42,7 @@ def test_one_joint_is_at_a_limit(D, V, A):
     motion = trapezoid(np.zeros(3), D, velocity=V, acceleration=A).value
     if np.abs(D).max() < 1e-9:
         return
-    assert not check(motion.stretched(0.99), bounds(V, A))
+    assert not check(motion.scale_time(0.99), bounds(V, A))
 
 
 @given(D=distances.map(np.array), V=limits, A=limits, slack=st.floats(1.0, 5.0))

@@ -329,3 +329,31 @@ def test_the_robot_may_be_given_by_name_of_its_argument():
     np.testing.assert_allclose(robot.fk(found, degrees=True), T, atol=1e-6)
     singularity = mf.performance.singularity
     assert singularity(robot=robot, q=q, degrees=True).explain() == singularity(robot, np.radians(q)).explain()
+
+
+@pytest.mark.parametrize("language", ["en", "ar"])
+def test_sentences_and_tables_in_degrees_have_degrees(language: str) -> None:
+    """Every number of a joint in a sentence is the degrees of the one in radians; lengths stay."""
+    puma, scara = mf.load("puma560"), mf.load("cobra600")
+    T = puma.fk([170, 0, 10, 0, 20, 0], degrees=True)
+    plain, typed = puma.ik_all(T), puma.ik_all(T, degrees=True)
+    assert any(plain.violations(k) for k in range(len(plain)))
+    for k in range(len(plain)):
+        for rad, deg in zip(plain.violations(k), typed.violations(k), strict=True):
+            assert (rad.unit, deg.unit) == ("rad", "deg")
+            assert np.allclose([deg.value, deg.limit, deg.excess], np.degrees([rad.value, rad.limit, rad.excess]))
+            assert " deg" in deg.explain(language)
+            assert " rad" not in deg.explain(language)
+    assert "q1 deg" in repr(typed)
+    assert "q1 rad" in repr(plain)
+    assert f"{typed.q[0, 0]:.3f}" in repr(typed)
+    far = np.array(T)
+    far[0, 3] += 3.0
+    assert " deg" in puma.ik_all(far, degrees=True).explain(language)
+    assert " rad" not in puma.ik_all(far, degrees=True).explain(language).replace("rad]", "")
+    low = np.array(scara.forward_kinematics(np.zeros(scara.n)))
+    low[2, 3] -= 1.0
+    lowered = scara.ik_all(low, degrees=True)
+    needs = [one for k in range(len(lowered)) for one in lowered.violations(k)]
+    assert needs
+    assert all(one.unit == "m" for one in needs)

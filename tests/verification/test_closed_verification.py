@@ -51,7 +51,7 @@ def test_loops_of_every_kind_of_joint_agree(kind: JointKind) -> None:
     mechanism, q = random_chain(np.random.default_rng(7), kind)
     found = closed_checks(near(mechanism, q))
     assert {name.partition(".")[2].partition(" ")[0] for name in found} >= {
-        "closed", "terms", "rates", "accelerations", "forward_dynamics", "inverse_dynamics",
+        "close_loops", "terms", "rates", "accelerations", "forward_dynamics", "inverse_dynamics",
     }  # fmt: skip
     assert max(found.values()) < LIMIT, found
 
@@ -91,7 +91,7 @@ def test_coupled_joints_move_with_their_leaders() -> None:
     assert right is not None
     right.chain = wrong
     assert {check.routine for check in right.checks()[0] if not check.passed} >= {
-        "ClosedChain.closed", "ClosedChain.terms (rows)", "ClosedChain.forward_dynamics",
+        "ClosedChain.close_loops", "ClosedChain.terms (rows)", "ClosedChain.forward_dynamics",
     }  # fmt: skip
 
 

@@ -31,18 +31,18 @@ def momentum(mass: ex.Expression, com: ex.Expression, inertia: ex.Expression, V:
     return ex.vertcat(inertia @ omega + cross(com, p), p)
 
 
-def shifted(inertia: ex.Expression, mass: ex.Expression, offset: ex.Expression) -> ex.Expression:
+def shift_inertia(inertia: ex.Expression, mass: ex.Expression, offset: ex.Expression) -> ex.Expression:
     """(3, 3) inertia about a point at `offset` [m] from the centre of mass: I_c - m [d]^2 (parallel axes)."""
     D = skew(offset)
     return inertia - mass * (D @ D)
 
 
-def rotated(inertia: ex.Expression, R_ab: ex.Expression) -> ex.Expression:
+def rotate_inertia(inertia: ex.Expression, R_ab: ex.Expression) -> ex.Expression:
     """(3, 3) R I R': inertia given with the axes of {b}, expressed with those of {a}."""
     return R_ab @ inertia @ R_ab.T
 
 
-def transformed(G_b: ex.Expression, T_ab: ex.Expression) -> ex.Expression:
+def transform_inertia(G_b: ex.Expression, T_ab: ex.Expression) -> ex.Expression:
     """(6, 6) G_a = Ad(T_ba)' G_b Ad(T_ba): the same body's inertia seen from {a}."""
     Ad = se3.adjoint(se3.inverse(T_ab))
     return Ad.T @ G_b @ Ad
@@ -61,7 +61,7 @@ def pseudo_inertia(mass: ex.Expression, com: ex.Expression, inertia: ex.Expressi
     Reference: Wensing, Kim & Slotine, Linear matrix inequalities for physically consistent inertial parameter
     identification, IEEE RA-L 3, 2018.
     """
-    about_origin = shifted(inertia, mass, com)
+    about_origin = shift_inertia(inertia, mass, com)
     trace = about_origin[0, 0] + about_origin[1, 1] + about_origin[2, 2]
     return ex.blockcat([[trace / 2 * ex.eye(3) - about_origin, mass * com], [mass * com.T, mass]])
 

@@ -23,7 +23,7 @@ def conjugate(q: ex.Expression) -> ex.Expression:
     return ex.vertcat(q[0], -vector(q))
 
 
-def normalised(q: ex.Expression) -> ex.Expression:
+def normalise(q: ex.Expression) -> ex.Expression:
     """(4,) q / |q|, of any length but zero."""
     largest = ex.fmax(ex.fmax(ex.fabs(q[0]), ex.fabs(q[1])), ex.fmax(ex.fabs(q[2]), ex.fabs(q[3])))
     scaled = q / largest

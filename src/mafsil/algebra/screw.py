@@ -49,7 +49,7 @@ def magnitude(V: ex.Expression) -> ex.Expression:
     return ex.if_else(size > 0, size, length(v))
 
 
-def normalised(V: ex.Expression) -> ex.Expression:
+def normalise(V: ex.Expression) -> ex.Expression:
     """(6,) unit screw S of V = S theta: |omega| = 1, or omega = 0 and |v| = 1; zero for the zero twist."""
     size = magnitude(V)
     return V / ex.if_else(size > 0, size, 1.0)
@@ -86,7 +86,7 @@ def chasles(T: ex.Expression, tolerance: float = TRANSLATION) -> tuple[ex.Expres
     omega = angular(V)
     rotates = length(omega) > tolerance
     V = ex.vertcat(ex.if_else(rotates, omega, ex.zeros(3)), ex.if_else(rotates, linear(V), se3.translation(T)))
-    return normalised(V), magnitude(V)
+    return normalise(V), magnitude(V)
 
 
 def integral(omega: ex.Expression, theta: ex.Expression) -> ex.Expression:

@@ -58,7 +58,7 @@ class Root(NamedTuple):
     inside: ex.Expression | float = 0.0
 
 
-def unturned() -> Turn:
+def zero_turn() -> Turn:
     """The angle zero."""
     return Turn(ex.Expression(1), ex.Expression(0))
 

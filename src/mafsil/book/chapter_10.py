@@ -118,7 +118,7 @@ def roots_of_pd() -> Drawing:
 def pd_and_pid_under_gravity(start: float) -> Drawing:
     """Error and torque of PD and PID from a start at rest to the horizontal, and the poses."""
     laws = {"PD": oj.JointLaw.pid(GAINS[0], 0.0, GAINS[2]), "PID": oj.JointLaw.pid(*GAINS)}
-    runs = {name: oj.run(ARM, law, 0.0, 10.0, start=start, step=0.005) for name, law in laws.items()}
+    runs = {name: oj.simulate_joint(ARM, law, 0.0, 10.0, start=start, step=0.005) for name, law in laws.items()}
     panels = {"a": Panel((TIME, ERROR), equal=False), "b": Panel((TIME, r"$\tau$ [N m]"), equal=False), "c": Panel()}
     for (name, run), colour in zip(runs.items(), (ACCENT, BLUE), strict=True):
         for panel, values in ((panels["a"], run.error), (panels["b"], run.torque)):
@@ -195,7 +195,7 @@ def feedforward_with_a_wrong_mass_centre(amplitude: float) -> Drawing:
     for name, middle in (("a", -pi / 2), ("b", pi / 2)):
         task = _task(middle, amplitude)
         law = oj.JointLaw.feedforward(MODEL)
-        run = oj.run(ARM, law, _cosine(middle, amplitude), pi, start=task(0.0)[0], step=pi / 1000)
+        run = oj.simulate_joint(ARM, law, _cosine(middle, amplitude), pi, start=task(0.0)[0], step=pi / 1000)
         panel = Panel((TIME, r"$\theta$ [rad]"), equal=False)
         panel.line(np.column_stack([run.t, run.theta + run.error]), SOFT, "--", 1.8, name="wanted")
         panels[name] = panel.line(np.column_stack([run.t, run.theta]), BLUE, width=2.0, name="angle")
@@ -223,7 +223,10 @@ def feedforward_feedback_and_both() -> Drawing:
         "feedforward": oj.JointLaw.feedforward(MODEL), "PID": oj.JointLaw.pid(*GAINS),
         "computed torque": oj.JointLaw.computed_torque(MODEL, *GAINS),
     }  # fmt: skip
-    runs = {name: oj.run(ARM, law, _cosine(pi / 2), pi, start=pi / 2 - 1, step=pi / 1000) for name, law in laws.items()}
+    runs = {
+        name: oj.simulate_joint(ARM, law, _cosine(pi / 2), pi, start=pi / 2 - 1, step=pi / 1000)
+        for name, law in laws.items()
+    }
     error, effort = Panel((TIME, ERROR), equal=False), Panel((TIME, r"$\int\tau^2\,dt$"), equal=False)
     for k, (name, run) in enumerate(runs.items()):
         spent = np.concatenate([[0.0], np.cumsum(np.diff(run.t) * (run.torque[1:] ** 2 + run.torque[:-1] ** 2) / 2)])

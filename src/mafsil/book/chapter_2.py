@@ -223,17 +223,20 @@ def torus_of_two_joints(a: float, b: float) -> Drawing:
 
 def _tangents(a: float, b: float, step: float = 1e-6) -> Floats:
     """(2, 3) differences of the torus along both angles."""
-    return (torus.embedded([[a + step, b], [a, b + step]]) - torus.embedded([a, b])) / step
+    return (torus.embed_in_space([[a + step, b], [a, b + step]]) - torus.embed_in_space([a, b])) / step
 
 
 def _torus(a: float, b: float, through: tuple[float, float] = (0.0, 0.0)) -> tuple[Panel, Floats]:
     """A torus with its two circles through a point, and the place of two angles on it."""
     both = np.stack(np.meshgrid(np.linspace(0, 2 * pi, 49), np.linspace(0, 2 * pi, 25)), axis=-1)
-    solid, point = Panel(elevation=50.0, zoom=1.45).surface(torus.embedded(both), name="torus"), torus.embedded([a, b])
+    solid, point = (
+        Panel(elevation=50.0, zoom=1.45).surface(torus.embed_in_space(both), name="torus"),
+        torus.embed_in_space([a, b]),
+    )
     for axis, colour in ((1, ACCENT), (0, BLUE)):
         seam = np.tile(np.array(through), (97, 1))
         seam[:, axis] = np.linspace(0, 2 * pi, 97)
-        solid.line(torus.embedded(seam), colour, width=2.4, name=f"seam {1 - axis}")
+        solid.line(torus.embed_in_space(seam), colour, width=2.4, name=f"seam {1 - axis}")
     return solid.dots(point, INK, width=8.0, name="point"), point
 
 

@@ -32,7 +32,7 @@ def add_linkage(panel: Panel, linkage: Linkage, theta: ArrayLike | None = None, 
     for k, body in enumerate(linkage.bodies):
         own = [joint for joint in linkage.joints if body in (joint.parent, joint.child)]
         points = np.array([T[k, :3, :3] @ joint.point + T[k, :3, 3] for joint in own])[:, :size]
-        points = around(points)
+        points = order_around(points)
         if body == linkage.ground:
             panel.dots(points, SOFT, "^" if size == 2 else "s", 12.0 if size == 2 else 5.0, body)
         elif len(points) > 2:
@@ -127,7 +127,7 @@ def arm_points(robot: Robot, q: Floats, through: Sequence[tuple[int, ArrayLike]]
     return np.array([*corners, tip])
 
 
-def around(points: Floats) -> Floats:
+def order_around(points: Floats) -> Floats:
     """Points in order around their middle, in the plane that fits them best."""
     middle = points - points.mean(axis=0)
     flat = middle @ np.linalg.svd(middle, full_matrices=False)[2][:2].T

@@ -84,7 +84,7 @@ def families() -> dict[str, Questions]:
     def closed_chain() -> object:
         chain = mf.parallel.ClosedChain(mf.mobility.mechanism_of(linkage()))
         still = np.zeros(chain.n)
-        return chain.forward_dynamics(chain.closed(still).q, still, still)
+        return chain.forward_dynamics(chain.close_loops(still).q, still, still)
 
     def cables() -> object:
         ends = np.array(corners)
@@ -129,7 +129,7 @@ def families() -> dict[str, Questions]:
         },
         "control": {"model_predictive": model_predictive, "monte_carlo": monte_carlo},
         "mechanisms": {
-            "mobilities": lambda: mf.mobility.mobilities(linkage(), np.zeros(4)),
+            "mobilities": lambda: mf.mobility.batch_mobility(linkage(), np.zeros(4)),
             "closed_chain": closed_chain,
             "cables": cables,
         },

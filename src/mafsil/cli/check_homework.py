@@ -31,7 +31,7 @@ from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import DHRow
 from mafsil.model.loading import load_mechanism
 from mafsil.model.table.building import constants_of, rows_of, screws_of
-from mafsil.model.table.reading import SIZE_LIMIT, decoded
+from mafsil.model.table.reading import SIZE_LIMIT, decode
 from mafsil.regular_file import regular_bytes
 from mafsil.toml_source import parsed_toml
 
@@ -113,7 +113,7 @@ def _of_file(file: str, mechanism: Mechanism, convention: str | None, kind: str 
         work = _jacobian_work(text, file)
         entries = [[str(entry) for entry in row] for row in work.jacobian]
         return _of_jacobian(entries, mechanism, kind or work.kind, work.q, work.values)
-    table = decoded(text, file)
+    table = decode(text, file)
     if table.convention in ("space", "body"):
         return check_screws(np.array(screws_of(table)), mechanism, _form(kind or table.convention))
     if table.convention == "frames":

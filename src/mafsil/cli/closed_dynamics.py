@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
-from mafsil.cli.loops import chain_at, typed
+from mafsil.cli.loops import chain_at, parse_numbers
 from mafsil.cli.state import with_units
 from mafsil.cli.table import number, table
 from mafsil.errors import InputError
@@ -34,10 +34,10 @@ def closed_dynamics(arm: Robot, values: Mapping[str, Floats], tau: Floats | None
     """
     given, qd, qdd = (values[name] for name in ("q", "qd", "qdd"))
     chain = chain_at(arm, given)
-    q = np.asarray(chain.closed(given, tries=1).q)
+    q = np.asarray(chain.close_loops(given, tries=1).q)
     kept = chain.rates(q, qd, hold=chain.actuated)
     if np.abs(chain.terms(q).J @ qd).max(initial=0.0) > KEPT * (1.0 + np.abs(qd).max(initial=0.0)):
-        raise InputError("cli.loops_rates", robot=arm.name, values=typed(kept))
+        raise InputError("cli.loops_rates", robot=arm.name, values=parse_numbers(kept))
     still = np.zeros(chain.n)
     gravity = chain.inverse_dynamics(q, still, still)
     if tau is None:

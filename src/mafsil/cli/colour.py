@@ -23,7 +23,7 @@ def allow_colours(*, allowed: bool) -> None:
     _chosen = allowed
 
 
-def painted(text: str, tone: Tone, stream: TextIO) -> str:
+def paint(text: str, tone: Tone, stream: TextIO) -> str:
     """The text in the colour of its tone, if it goes to a terminal that shows colours.
 
     Args:

@@ -17,11 +17,11 @@ from mafsil.job import Job, Refusal
 from mafsil.job.law_bench import CONDITIONS, LawBench, bench_laws
 from mafsil.job.log_comparison import compare_with_log
 from mafsil.job.planner_queries import queries_of
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.solve import prepare
 from mafsil.job.text import text_of
 from mafsil.messages import say
-from mafsil.planning import PLANNERS, Query, bench_planners, watch
+from mafsil.planning import PLANNERS, Query, bench_planners, log_search
 from mafsil.report import write_law_report
 from mafsil.report.results import require_replaceable
 
@@ -73,7 +73,7 @@ def compare(
     path, target = Path(job), _target(out, job, open=open)
     text = text_of(path)
     with Progress(progress) as bar:
-        asked = parse(text, path.name, folder=path.parent)
+        asked = parse_job(text, path.name, folder=path.parent)
         planned = prepare(asked, text, path.parent, bar, path.name)
         if isinstance(planned, Refusal):
             return Answer(planned.to_dict(), refusal=planned.explain())
@@ -138,6 +138,6 @@ def _replay(query: Query, planners: list[str], seconds: float, replay: str | Non
     for name in planners:
         if name in PLANNERS:
             file = folder / f"{name}.svg"
-            plot_search(watch(query, name, seconds=seconds), file)
+            plot_search(log_search(query, name, seconds=seconds), file)
             written.append(str(file))
     return written

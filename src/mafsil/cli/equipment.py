@@ -18,7 +18,7 @@ from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotFile
 
 
-def equipped(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
+def equip_robot(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
     """The robot with what the options say; these are taken out of the arguments of the command.
 
     Args:
@@ -45,7 +45,7 @@ def equipped(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
             name: value * pi / 180 if degrees and not marked and kinds.get(name) is not JointKind.PRISMATIC else value
             for name, (value, marked) in locked.items()
         }
-        ready = mechanism.locked(values) if values else mechanism
+        ready = mechanism.with_locked_joints(values) if values else mechanism
         ready = ready if T_sb is None else replace(ready, T_sb=T_sb)
         ready = ready if g is None else ready.with_gravity(g)
         ready = ready if T_tool is None else ready.with_tool(T_tool)

@@ -19,7 +19,7 @@ from mafsil.grasp import ClearanceMotion, Grasp, GraspPlan, GraspQuality, plan_g
 from mafsil.grasp.closure import Closure, vector
 from mafsil.grasp.elimination import eliminate
 from mafsil.grasp.forces import ContactForces
-from mafsil.grasp.grasp_file import GraspFile, read_grasp_file
+from mafsil.grasp.grasp_file import GraspFile, read_grasp
 from mafsil.grasp.two_fingers import two_fingers
 from mafsil.messages import say
 
@@ -125,7 +125,7 @@ def _plan_picture(plan: GraspPlan, path: Path) -> None:
 
 def _judge(file: str, facets: str | int | None, steps: bool, picture: str | None, request: _Request) -> Answer:
     """Force closure, form closure, free motions, quality, and contact forces if the file has a load."""
-    given = read_grasp_file(Path(file))
+    given = read_grasp(Path(file))
     grasp_, edges = given.grasp, None if facets is None else _count(facets, "facets")
     found, form, free = grasp_.closure(edges), grasp_.form_closure(), grasp_.free_motions()
     forces = None if given.load is None else grasp_.resist(given.load, push=request.push)

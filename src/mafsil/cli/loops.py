@@ -48,13 +48,13 @@ def chain_at(arm: Robot, q: JointVector) -> ClosedChain:
     gap = float(chain.error(q))
     if gap <= TYPED * chain.size:
         return chain
-    nearest = chain.closed(q, hold=chain.actuated) if len(chain.actuated) else chain.closed(q)
-    nearest = nearest if nearest else chain.closed(q)
+    nearest = chain.close_loops(q, hold=chain.actuated) if len(chain.actuated) else chain.close_loops(q)
+    nearest = nearest if nearest else chain.close_loops(q)
     if not nearest:
         raise InputError("cli.loops_never", robot=arm.name, gap=gap)
-    raise InputError("cli.loops_gape", robot=arm.name, gap=gap, values=typed(nearest.q))
+    raise InputError("cli.loops_gape", robot=arm.name, gap=gap, values=parse_numbers(nearest.q))
 
 
-def typed(values: Floats) -> str:
+def parse_numbers(values: Floats) -> str:
     """Numbers as they may be typed."""
     return " ".join(f"{round(float(x), 9) + 0.0:.7g}" for x in values)

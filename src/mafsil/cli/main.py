@@ -14,10 +14,10 @@ from typing import Any, cast
 
 from mafsil import __version__
 from mafsil.cli.answer import Answer, Laid, tone_of
-from mafsil.cli.colour import Tone, allow_colours, painted
+from mafsil.cli.colour import Tone, allow_colours, paint
 from mafsil.errors import FileError, InputError, JobError, MafsilError, ModelError
 from mafsil.messages import LANGUAGES, clauses, in_line, language, say
-from mafsil.messages.tables import wrapped
+from mafsil.messages.tables import wrap_line
 from mafsil.messages.visible import visible
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -82,11 +82,11 @@ def _run(words: list[str]) -> int:
     from mafsil.cli.registry import COMMON, operation
     from mafsil.cli.standard_input import as_files
     from mafsil.cli.status_line import LINE
-    from mafsil.cli.words import ordered
+    from mafsil.cli.words import put_options_first
 
     grammar = parser(__version__)
     try:
-        given = vars(grammar.parse_args(ordered(words)))
+        given = vars(grammar.parse_args(put_options_first(words)))
     except SystemExit as leaving:
         # --help and --version have printed what they had to say.
         sys.stdout.flush()
@@ -98,9 +98,9 @@ def _run(words: list[str]) -> int:
         return DONE
     with as_files(operation(name), given) as arguments:
         if "robot" in arguments:
-            from mafsil.cli.equipment import equipped
+            from mafsil.cli.equipment import equip_robot
 
-            arguments["robot"] = equipped(arguments["robot"], arguments)
+            arguments["robot"] = equip_robot(arguments["robot"], arguments)
         with nullcontext() if operation(name).serves else LINE.counting():
             answer = operation(name)(**arguments)
     _print(answer, as_json=as_json)
@@ -143,7 +143,7 @@ def _print(answer: Answer, *, as_json: bool) -> None:
 def _shown(line: str, *, refused: bool) -> list[str]:
     """A line of an answer as it is printed; the reason of a no is bad."""
     pieces = [line] if isinstance(line, Laid) else _fit(visible(line))
-    return [painted(piece, "bad" if refused else tone_of(line), sys.stdout) for piece in pieces]
+    return [paint(piece, "bad" if refused else tone_of(line), sys.stdout) for piece in pieces]
 
 
 def _fit(line: str) -> list[str]:
@@ -151,7 +151,7 @@ def _fit(line: str) -> list[str]:
     columns = get_terminal_size().columns
     if not sys.stdout.isatty() or len(line) <= columns:
         return [in_line(line)]
-    return [in_line(piece) for piece in wrapped(line, columns)]
+    return [in_line(piece) for piece in wrap_line(line, columns)]
 
 
 def _print_error(error: MafsilError) -> None:
@@ -178,7 +178,7 @@ def _complain(sentence: str, tone: Tone = "bad") -> None:
     lines = [" ".join(line.split()) for line in sentence.splitlines() if line.strip()]
     joined = clauses([*(each.rstrip(".") for each in lines[:-1]), *lines[-1:]]).replace(":" + clauses(["", ""]), ": ")
     line = in_line(visible(joined))
-    print(f"{painted('mafsil:', tone, sys.stderr)} {line}", file=sys.stderr, flush=True)
+    print(f"{paint('mafsil:', tone, sys.stderr)} {line}", file=sys.stderr, flush=True)
 
 
 def _warn(message: Warning | str, *where: object, **more: object) -> None:

@@ -14,12 +14,12 @@ from mafsil.messages import say
 from mafsil.mobility import (
     Linkage,
     Mobility,
-    assembled,
+    close_drawing,
     configuration_surfaces,
     mobility,
     mobility_with_locked_joints,
 )
-from mafsil.mobility.linkages import as_linkage, locked
+from mafsil.mobility.linkages import as_linkage, lock_joints
 
 
 def mobility_of(
@@ -51,11 +51,11 @@ def mobility_of(
     values = None if q is None else np.array([coordinate(f"q[{k}]", word)[0] for k, word in enumerate(q)])
     linkage = as_linkage(mechanism, values)
     if linkage.apart:
-        linkage = assembled(linkage)
+        linkage = close_drawing(linkage)
     if actuated is not None:
         linkage = linkage.with_actuators(*actuated)
     if locked_joints:
-        linkage = locked(linkage, locked_joints)
+        linkage = lock_joints(linkage, locked_joints)
     found = mobility(linkage, rule=rule, play=play or 0.0)
     data, lines = found.to_dict(), found.explain().split("\n")
     if actuated is None and len(linkage.closing) and str(mechanism).lower().endswith((".sdf", ".world")):

@@ -176,7 +176,7 @@ def _screw(words: _Words) -> Motion:
         values = words.of(axis, "n" * 7)
         S = screw.from_axis(values[:3], values[3:6], values[6])
     if words.project:
-        S = screw.normalised(S)
+        S = screw.normalise(S)
     distance = words.of([amount], "a" if np.any(S[:3]) else "n")[0]
     S = membership.require("unit_screw", words.option, S)
     return Motion(screw.displacement(S, distance), "pose", words.option)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.cli.table import labelled, matrix, number
+from mafsil.cli.table import label_lines, matrix, number
 from mafsil.messages import say
 
 
@@ -25,7 +25,7 @@ def lines(data: dict[str, Any], *, degrees: bool) -> list[str]:
     if data["projected_by"] is not None:
         shown.append(say("convert.projected", distance=f"{data['projected_by']:.3g}"))
     shown += matrix(data.get("pose", data["matrix"]))
-    shown += ["", *labelled(rows)]
+    shown += ["", *label_lines(rows)]
     remarks = _remarks(data, factor, unit)
     return [*shown, *(["", *remarks] if remarks else [])]
 

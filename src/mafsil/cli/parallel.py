@@ -12,7 +12,7 @@ from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import coordinate
 from mafsil.cli.numerals import number as typed
-from mafsil.cli.parallel_kinds import ANGLES, Asked, asked
+from mafsil.cli.parallel_kinds import ANGLES, Asked, wrap_robot
 from mafsil.cli.table import number, table
 from mafsil.errors import FileError, InputError
 from mafsil.figures.picture_file import picture_file
@@ -43,7 +43,7 @@ def parallel(
     Raises:
         MafsilError: no such file, no parallel robot, numbers that do not fit it.
     """
-    robot = asked(read_parallel(file))
+    robot = wrap_robot(read_parallel(file))
     if (pose is None) == (motors is None):
         raise InputError("cli.parallel_either", pose=" ".join(robot.pose), count=robot.count)
     if pose is not None:

@@ -318,7 +318,7 @@ class AskedPlanarCables(AskedCables):
         return x
 
 
-def asked(robot: ParallelRobot) -> Asked:
+def wrap_robot(robot: ParallelRobot) -> Asked:
     """A robot with the questions of the command."""
     match robot:
         case StewartPlatform():

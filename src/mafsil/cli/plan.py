@@ -121,7 +121,7 @@ def plan(
         data["clearance"] = float(near.distance[k])
         lines.append(say("cli.plan_nearest", nearest=list(near)[k].sentence()))
     if out is not None:
-        timed = found.timed(_limits(arm))
+        timed = found.time_optimal(_limits(arm))
         assert timed.trajectory is not None
         written = export(timed.trajectory, out, _limits(arm), joints=arm.joint_names)
         data |= {"duration": timed.duration, "file": written.to_dict()}

@@ -20,7 +20,7 @@ from mafsil.job.controller_program import language_of, write_program
 from mafsil.job.holding import overload_remarks, planned_overloads
 from mafsil.job.judgement import late_pushes, summary
 from mafsil.job.plan import Leg
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.remark import Remark
 from mafsil.job.solve import prepare, simulated_by, with_runs
 from mafsil.job.symptoms import joint_quantity
@@ -141,7 +141,7 @@ def _run(
 ) -> Answer:
     require_replaceable(target)
     with Progress(progress) as bar:
-        job = options.of(parse(text, source, options.variables, folder=folder))
+        job = options.of(parse_job(text, source, options.variables, folder=folder))
         outcome = solve(job, text, folder, bar, source, log=options.log, cluster=options.cluster)
         if isinstance(outcome, Refusal):
             return _refuse(outcome)
@@ -165,7 +165,7 @@ def _plan(
 ) -> Answer:
     """The motion of a job, and how long it takes; as a program of a controller if a file is named."""
     with Progress(progress) as bar:
-        job = parse(text, source, variables, folder=folder)
+        job = parse_job(text, source, variables, folder=folder)
         outcome = prepare(job, text, folder, bar, source)
     if isinstance(outcome, Refusal):
         return _refuse(outcome)

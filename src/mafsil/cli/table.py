@@ -56,7 +56,7 @@ def table(
     return [line for group in groups for line in ("", *_lines(upright, group, indent, words))][1:]
 
 
-def labelled(rows: Iterable[Sequence[str]], *, indent: str = "  ") -> list[str]:
+def label_lines(rows: Iterable[Sequence[str]], *, indent: str = "  ") -> list[str]:
     """Lines of numbers behind their labels; where the terminal is too narrow, below them.
 
     Args:

@@ -22,7 +22,7 @@ from mafsil.messages import say
 from mafsil.regular_file import whole_text
 from mafsil.robot import Robot, load
 from mafsil.simulation.recording import SimulationStatus
-from mafsil.trajectory import MotionLimits, check, compare_profiles, export, read, suggest_fixes
+from mafsil.trajectory import MotionLimits, check, compare_profiles, export, read_trajectory, suggest_fixes
 from mafsil.trajectory.files import TrajectoryFile
 from mafsil.trajectory.files.csv_file import is_recording, joint_names
 from mafsil.trajectory.motion import overview
@@ -144,7 +144,7 @@ def _suggest_fixes(
         return Answer(data, tuple(lines) if found else tuple(lines[1:]), None if found else lines[0])
     if out is None:
         raise InputError("cli.trajectory_out_missing", option="--remedy")
-    written = export(found.mended(remedy), out, arm, rate=rate)
+    written = export(found.apply_fix(remedy), out, arm, rate=rate)
     return _written(data, lines, written)
 
 
@@ -163,7 +163,7 @@ def _motion(arm: Robot, file: str, driven: bool) -> tuple[PiecewisePolynomial, t
     joints = _joints(arm, file)
     recorded = is_recording(read_csv_table(file), joints)
     which = (say(f"cli.trajectory_{'driven_motion' if driven else 'plan'}", file=file),) if recorded else ()
-    return read(file, joints=joints, driven=driven), which
+    return read_trajectory(file, joints=joints, driven=driven), which
 
 
 def _written(data: dict[str, Any], lines: list[str], written: TrajectoryFile) -> Answer:

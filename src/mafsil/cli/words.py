@@ -28,7 +28,7 @@ class UsageError(InputError):
     """The command line itself is wrong."""
 
 
-def ordered(words: list[str]) -> list[str]:
+def put_options_first(words: list[str]) -> list[str]:
     """The same command line with its options in front of the words without a name.
 
     Args:

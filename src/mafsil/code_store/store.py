@@ -54,7 +54,7 @@ class StoreKind:
     magic: bytes
     suffix: str
 
-    def sealed(self, key: bytes, payload: bytes) -> bytes:
+    def seal(self, key: bytes, payload: bytes) -> bytes:
         """The bytes of a file: the payload under its header.
 
         Args:
@@ -64,7 +64,7 @@ class StoreKind:
         header = _HEADER.pack(self.magic, VERSION, key, len(payload), self._digest(key, payload))
         return header + payload
 
-    def opened(self, key: bytes, data: bytes) -> bytes | None:
+    def unseal(self, key: bytes, data: bytes) -> bytes | None:
         """The payload of a file, or None if a single bit of it is not as it was written for this key."""
         if len(data) < _HEADER.size:
             return None
@@ -107,7 +107,7 @@ class FileStore:
             data = b""
         if data is None:
             return None
-        payload = self.kind.opened(bytes.fromhex(key), data)
+        payload = self.kind.unseal(bytes.fromhex(key), data)
         if payload is None:
             self.discard(key)
             warn("cache.damaged", path=str(path))
@@ -121,7 +121,7 @@ class FileStore:
         if path is None:
             return False
         try:
-            write_whole(path, self.kind.sealed(bytes.fromhex(key), payload))
+            write_whole(path, self.kind.seal(bytes.fromhex(key), payload))
         except OSError as error:
             warn("cache.unwritable", path=str(self.directory), reason=error.strerror or str(error))
             return False

@@ -3,8 +3,8 @@ from mafsil.collision.arms import MultiArmCell as MultiArmCell
 from mafsil.collision.checker import Checker as Checker
 from mafsil.collision.checker import PathCheck as PathCheck
 from mafsil.collision.movable import MovableArm as MovableArm
-from mafsil.collision.pairs import Reason as Reason
 from mafsil.collision.pairs import SkippedPair as SkippedPair
+from mafsil.collision.pairs import SkipReason as SkipReason
 from mafsil.collision.scene import Obstacle as Obstacle
 from mafsil.collision.scene import Scene as Scene
 from mafsil.collision.shapes import Cone as Cone

@@ -14,7 +14,15 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, whole
 from mafsil.collision.joints import Kinship, joints_of, kinship_of
-from mafsil.collision.pairs import Body, Reason, SkippedPair, bodies_of, named_pairs, skipped_by_structure, still_shapes
+from mafsil.collision.pairs import (
+    Body,
+    SkippedPair,
+    SkipReason,
+    bodies_of,
+    named_pairs,
+    skipped_by_structure,
+    still_shapes,
+)
 from mafsil.collision.scene import Obstacle, Scene, as_obstacles
 from mafsil.collision.shapes import MOST_LENGTH, Plane
 from mafsil.collision.srdf import disabled_pairs
@@ -147,7 +155,7 @@ class ArmInScene:
     @property
     def resting(self) -> tuple[SkippedPair, ...]:
         """Those of `skipped` that meet where the robot is known to be free."""
-        return tuple(each for each in self.skipped if each.reason is Reason.REST)
+        return tuple(each for each in self.skipped if each.reason is SkipReason.REST)
 
     @property
     def only_drawn(self) -> tuple[str, ...]:
@@ -255,16 +263,16 @@ class ArmInScene:
         count = len(self.bodies)
         return [(a, b) for a in range(count) for b in range(a + 1, count) if (a, b) not in self._skipped]
 
-    def _unchecked(self) -> dict[tuple[int, int], Reason]:
+    def _unchecked(self) -> dict[tuple[int, int], SkipReason]:
         """All pairs of bodies that are not checked; without self-collision those that could be count as listed."""
-        return self._skipped | ({} if self._self_collision else dict.fromkeys(self._pairs(), Reason.LISTED))
+        return self._skipped | ({} if self._self_collision else dict.fromkeys(self._pairs(), SkipReason.LISTED))
 
-    def _resting_pairs(self, known_free: ArrayLike) -> dict[tuple[int, int], Reason]:
+    def _resting_pairs(self, known_free: ArrayLike) -> dict[tuple[int, int], SkipReason]:
         """Pairs that meet where the robot is known to be free: their shapes are thicker than it."""
         rows, _ = self._rows(known_free, "known_free")
         pairs = self._pairs()
         met = sampled_pairs.meetings(self.robot, self.bodies, pairs, rows)
-        return {pair: Reason.REST for pair, count in zip(pairs, met.tolist(), strict=True) if count}
+        return {pair: SkipReason.REST for pair, count in zip(pairs, met.tolist(), strict=True) if count}
 
     def _sample_pairs(self, skip_never_colliding: bool, unlisted: bool) -> None:
         """Leave out pairs that meet too often in samples to be meant, and, if asked, those that meet in none."""

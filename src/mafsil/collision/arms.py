@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, as_batch, not_negative
 from mafsil.collision.checker import Checker
 from mafsil.collision.joints import joints_of
-from mafsil.collision.pairs import Body, Reason
-from mafsil.collision.scene import Obstacle, Scene, placed
+from mafsil.collision.pairs import Body, SkipReason
+from mafsil.collision.scene import Obstacle, Scene, as_pose
 from mafsil.errors import InputError
-from mafsil.fields import checked, or_none
+from mafsil.fields import check_fields, or_none
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.model.mounting import mounted_together
@@ -49,7 +49,7 @@ class ArmMount:
     skip: Iterable[tuple[str, str]] = ()
     radius: float | None = None
     self_collision: bool = True
-    __post_init__ = checked(T_sb=or_none(placed), radius=or_none(not_negative))
+    __post_init__ = check_fields(T_sb=or_none(as_pose), radius=or_none(not_negative))
 
 
 class MultiArmCell(Checker):
@@ -97,7 +97,7 @@ class MultiArmCell(Checker):
         self.clearance, self._self_clearance = one.clearance, one._self_clearance
         self.columns: dict[str, slice] = {}
         bodies, still, links, n = list[Body](), list[tuple[bool, ...]](), 1, 0
-        self._skipped: dict[tuple[int, int], Reason] = {}
+        self._skipped: dict[tuple[int, int], SkipReason] = {}
         for name, checker in self._alone.items():
             first = len(bodies)
             bodies += [replace(body, name=f"{name}/{body.name}", link=body.link + links) for body in checker.bodies]
@@ -193,7 +193,7 @@ class MultiArmCell(Checker):
         other._passive = passive
         return other.among(self.names)
 
-    def joined(self, q: Mapping[str, ArrayLike]) -> JointVector:
+    def join(self, q: Mapping[str, ArrayLike]) -> JointVector:
         """(*batch, n) coordinates of all arms, from those of each.
 
         Args:
@@ -210,7 +210,7 @@ class MultiArmCell(Checker):
         batch = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
         return np.concatenate([np.broadcast_to(part, (*batch, part.shape[-1])) for part in parts], axis=-1)
 
-    def parted(self, q: ArrayLike) -> dict[str, JointVector]:
+    def split(self, q: ArrayLike) -> dict[str, JointVector]:
         """Coordinates of each arm (*batch, n of that arm), from those of all (*batch, n)."""
         rows = as_batch("q", q, (self.robot.n,))
         return {name: np.asarray(rows[..., columns]) for name, columns in self.columns.items()}

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Truth, as_batch, single
 from mafsil.collision.arm_in_scene import ArmInScene, not_negative
-from mafsil.collision.status import CheckStatus, Clearance, CollisionCheck, ContactPair, named
+from mafsil.collision.status import CheckStatus, Clearance, CollisionCheck, ContactPair, unchecked_as_data
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import clauses, say
@@ -243,7 +243,7 @@ class Checker(ArmInScene):
         """What is checked, what is not and why, and whether that leaves free configurations without any scene."""
         pairs = self._pairs() if self._self_collision else []
         lines = [say("collision.checked", language=language, bodies=len(self.bodies), pairs=len(pairs))]
-        lines += [*sampled_pairs.listed(self.skipped, language), *self._less_kept(language)]
+        lines += [*sampled_pairs.explain_skipped(self.skipped, language), *self._less_kept(language)]
         lines += [say(key, language=language) for key in self.unchecked]
         if pairs and self.samples and self.robot.n:
             lines += self._free_of_itself(language)
@@ -324,7 +324,7 @@ class PathCheck(Answer, data="at q states contacts"):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return Answer.to_dict(self) | {"unchecked": named(self.unchecked)}
+        return Answer.to_dict(self) | {"unchecked": unchecked_as_data(self.unchecked)}
 
 
 def path_points(n: int, q_a: ArrayLike, q_b: ArrayLike | None) -> Floats:

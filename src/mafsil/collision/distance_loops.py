@@ -21,7 +21,7 @@ from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import body_of, product
 from mafsil.collision.tree_loops import Surroundings
 from mafsil.collision.workshop_loops import FROM_ITSELF, FROM_SURROUNDINGS, Workshop, World, pose_lanes_of
-from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.held import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH, get, in_lanes, put, seen
 from mafsil.kernels.loops.loop import compiled, inlined
 
@@ -72,7 +72,7 @@ def distances(
         out: (m, ROW) separation of the nearest pair; distance infinite where there is none.
         who: (m, 2) out: a body and an obstacle, or two bodies of which the second is written as -1 - body.
     """
-    world, bench = opened(workshop)
+    world, bench = open_held(workshop)
     lower, found, s = in_lanes(len(world.arm.bodies) + len(world.arm.pairs)), np.zeros(3, np.int64), bench.s.one
     out[:], out[:, 0] = 0.0, np.inf
     for first in range(0, len(q), WIDTH):
@@ -139,7 +139,7 @@ def _distance(
     2. The others that may.
     3. Points and normal between the nearest pieces alone.
     """
-    world = opened(workshop).world
+    world = open_held(workshop).world
     arm, around, bodies = world.arm, world.around, len(world.arm.bodies)
     place_bodies(arm, poses, s)
     found[0] = -1

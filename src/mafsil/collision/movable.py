@@ -67,9 +67,9 @@ class MovableArm(Checker):
         for name in allowed:
             self.scene.index(name)
         around = Scene(each for each in self.scene if each.name not in allowed)
-        return self._base.with_scene(around).free(self.joined(rows, np.zeros(self.robot.n - len(PLACES))))
+        return self._base.with_scene(around).free(self.join(rows, np.zeros(self.robot.n - len(PLACES))))
 
-    def joined(self, bases: ArrayLike, q: ArrayLike) -> JointVector:
+    def join(self, bases: ArrayLike, q: ArrayLike) -> JointVector:
         """(*batch, 4 + n) coordinates of bases (*batch, 4) and of the arm (*batch, n); the batches broadcast."""
         a, b = np.asarray(bases, dtype=np.float64), np.asarray(q, dtype=np.float64)
         batch = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])

@@ -28,7 +28,7 @@ from mafsil.collision.workshop_loops import (
     group_count,
     piece_count,
 )
-from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.held import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH, buffer, get, lane_bits, part, seen
 from mafsil.kernels.loops.loop import compiled, inlined
 
@@ -50,7 +50,7 @@ def _place_group(world: World, b: int, group: int, lane: int, s: LaneScratch, ou
 @compiled
 def _meets_around(shop: Held[Workshop], b: int, lane: int, count: int) -> bool:
     """Whether body b meets one of the pieces of the surroundings in `s.near`, in one lane."""
-    world, bench = opened(shop)
+    world, bench = open_held(shop)
     arm, around, s, clearance, balls = (
         world.arm,
         world.around.pieces,
@@ -88,7 +88,7 @@ def _near_ball(balls: Buffer, x: float, y: float, z: float, reach: Lanes) -> Mas
 @compiled
 def _meets_itself(shop: Held[Workshop], a: int, b: int, keep: int, lane: int) -> bool:
     """Whether two bodies of the arm meet in one lane; `keep` is the place of their clearance in `World.clearance`."""
-    world, bench = opened(shop)
+    world, bench = open_held(shop)
     arm, s, clearance, ours, theirs = world.arm, bench.s, world.clearance[keep], buffer(4), buffer(4)
     members = world.groups.members
     p, q, round = int(arm.bodies[a, 0]), int(arm.bodies[b, 0]), arm.bodies[b, 7] + clearance
@@ -125,7 +125,7 @@ def around_by_lanes(shop: Held[Workshop], b: int, count: int) -> int:
     Args:
         count: of the pieces in `s.near` that may be near, with the bits of the lanes.
     """
-    found, open, near = 0, 0, opened(shop).bench.s.near
+    found, open, near = 0, 0, open_held(shop).bench.s.near
     for k in range(count):
         open |= near[1, DEPTH + k]
     for lane in range(WIDTH):
@@ -140,7 +140,7 @@ def itself_by_lanes(shop: Held[Workshop], k: int, wanted: int) -> int:
 
     The pieces of the body with more of them stand side by side.
     """
-    found, arm = 0, opened(shop).world.arm
+    found, arm = 0, open_held(shop).world.arm
     a, b = arm.pairs[k, 0], arm.pairs[k, 1]
     if piece_count(arm, a) > piece_count(arm, b):
         a, b = b, a

@@ -25,7 +25,7 @@ SAME_PLACE = 1e-6
 """Distance within which the axes of two hinges make one joint [m]."""
 
 
-class Reason(Enum):
+class SkipReason(Enum):
     """Why a pair is not checked."""
 
     RIGID = "rigid"
@@ -51,7 +51,7 @@ class SkippedPair:
 
     first: str
     second: str
-    reason: Reason
+    reason: SkipReason
 
     def __str__(self) -> str:
         return f"{self.first} - {self.second}"
@@ -59,7 +59,7 @@ class SkippedPair:
 
 def skipped_by_structure(
     mechanism: Mechanism, bodies: tuple[Body, ...], listed: Mapping[frozenset[str], str]
-) -> dict[tuple[int, int], Reason]:
+) -> dict[tuple[int, int], SkipReason]:
     """Pairs of bodies that need no check, by their indices: rigid, neighbours, listed.
 
     Args:
@@ -74,16 +74,16 @@ def skipped_by_structure(
         for joint in (*mechanism.joints, *mechanism.loops)
         if joint.moves
     }
-    found = dict[tuple[int, int], Reason]()
+    found = dict[tuple[int, int], SkipReason]()
     for (a, first), (b, second) in combinations(enumerate(bodies), 2):
         names = frozenset((first.name, second.name))
         links = frozenset((mechanism.links[first.link].name, mechanism.links[second.link].name))
         if group[first.link] == group[second.link]:
-            found[a, b] = Reason.RIGID
+            found[a, b] = SkipReason.RIGID
         elif frozenset((group[first.link], group[second.link])) in neighbours:
-            found[a, b] = Reason.ADJACENT
+            found[a, b] = SkipReason.ADJACENT
         elif names in listed or links in listed:
-            found[a, b] = Reason.LISTED
+            found[a, b] = SkipReason.LISTED
     return found
 
 
@@ -253,7 +253,7 @@ def mesh_vertices(shape: Mesh) -> Floats:
     """
     if shape.path is None:
         raise InputError("collision.no_mesh", reference=shape.reference)
-    surface = mesh.read(shape.path).scaled(shape.scale)
+    surface = mesh.read(shape.path).scale(shape.scale)
     return surface.vertices[np.unique(surface.faces)]
 
 

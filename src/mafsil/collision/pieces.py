@@ -126,7 +126,7 @@ def rows_of(geometry: Geometry) -> Rows:
         case Mesh(path=path, scale=scale):
             if path is None:
                 raise InputError("collision.no_mesh", reference=geometry.reference)
-            surface = read(path).scaled(scale)
+            surface = read(path).scale(scale)
             return _hulls(surface.vertices[surface.faces], 0.0)
 
 

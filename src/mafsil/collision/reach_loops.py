@@ -9,7 +9,7 @@ from mafsil.collision.pair_loops import separation
 from mafsil.collision.placing_loops import LaneScratch, pose_in_lanes
 from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.held import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH, buffer, get, larger, magnitude, square_root
 from mafsil.kernels.loops.loop import compiled, inlined
 
@@ -85,7 +85,7 @@ def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, keep: int
         keep: place of the clearance in `World.clearance`.
         M: beyond the clearance [m], of that lane.
     """
-    world, bench = opened(shop)
+    world, bench = open_held(shop)
     A, s, clearance = world.arm.pieces, bench.s, world.clearance[keep]
     B = A if q >= 0 else world.around.pieces
     P, Q, further = s.one.W[24:27], s.one.W[28:31], just_above(clearance) + M

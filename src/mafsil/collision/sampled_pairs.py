@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Truth
 from mafsil.collision import layout, pair_counts_loops
-from mafsil.collision.pairs import Body, Reason, SkippedPair, joined_by_hinges
+from mafsil.collision.pairs import Body, SkippedPair, SkipReason, joined_by_hinges
 from mafsil.messages import say
 from mafsil.robot import Robot
 
@@ -23,7 +23,7 @@ SELDOM = 0.1
 """Share of the configurations in which two bodies are apart that a clearance between them may take away."""
 LESS = 0.9
 """What two bodies keep that are always near, as share of the distance that they seldom come below."""
-LISTED = (Reason.REST, Reason.ALWAYS, Reason.OFTEN, Reason.UNSEEN)
+LISTED = (SkipReason.REST, SkipReason.ALWAYS, SkipReason.OFTEN, SkipReason.UNSEEN)
 """Reasons whose pairs are named: they follow from samples and not from the structure or the user."""
 MOST_NAMED = 20
 
@@ -31,7 +31,7 @@ MOST_NAMED = 20
 def skipped_by_samples(
     robot: Robot, bodies: tuple[Body, ...], pairs: list[tuple[int, int]], q: JointVector, *, skip_never_colliding: bool,
     unlisted: bool,
-) -> dict[tuple[int, int], Reason]:  # fmt: skip
+) -> dict[tuple[int, int], SkipReason]:  # fmt: skip
     """Pairs that meet in nearly all samples; in many, and at the zero configuration or a ball joint; if asked, in none.
 
     Args:
@@ -44,14 +44,14 @@ def skipped_by_samples(
     """
     at_zero = meetings(robot, bodies, pairs, q[:1]).tolist()
     shares = (meetings(robot, bodies, pairs, q[1:]) / (len(q) - 1)).tolist()
-    found, joined = dict[tuple[int, int], Reason](), joined_by_hinges(robot.mechanism, bodies)
+    found, joined = dict[tuple[int, int], SkipReason](), joined_by_hinges(robot.mechanism, bodies)
     for pair, share, zero in zip(pairs, shares, at_zero, strict=True):
         if share >= ALWAYS:
-            found[pair] = Reason.ALWAYS
+            found[pair] = SkipReason.ALWAYS
         elif unlisted and (zero or pair in joined) and share >= OFTEN:
-            found[pair] = Reason.OFTEN
+            found[pair] = SkipReason.OFTEN
         elif share == 0.0 and skip_never_colliding:
-            found[pair] = Reason.UNSEEN
+            found[pair] = SkipReason.UNSEEN
     return found
 
 
@@ -98,14 +98,14 @@ def kept_by_pairs(
     return kept
 
 
-def listed(skipped: Iterable[SkippedPair], language: str | None = None) -> list[str]:
+def explain_skipped(skipped: Iterable[SkippedPair], language: str | None = None) -> list[str]:
     """What is not checked of an arm, and why: a sentence a reason.
 
     Args:
         skipped: pairs of bodies.
         language: of the sentences.
     """
-    named = defaultdict[Reason, list[str]](list)
+    named = defaultdict[SkipReason, list[str]](list)
     for pair in skipped:
         named[pair.reason].append(str(pair))
     lines: list[str] = []

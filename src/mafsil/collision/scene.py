@@ -47,10 +47,10 @@ class Obstacle:
         if not isinstance(name, str):
             raise InputError("collision.obstacle_name", got=type(name).__name__)
         checked_geometry(self.name or "geometry", self.geometry)
-        object.__setattr__(self, "T_so", placed(f"{self.name or type(self.geometry).__name__}: T_so", self.T_so))
+        object.__setattr__(self, "T_so", as_pose(f"{self.name or type(self.geometry).__name__}: T_so", self.T_so))
 
 
-def placed(name: str, place: ArrayLike) -> PoseMatrix:
+def as_pose(name: str, place: ArrayLike) -> PoseMatrix:
     """A pose (4, 4), of a pose or of a position (3,)."""
     array = require_near(name, require_finite(name, real_array(name, place)))
     if array.shape == (3,):

@@ -35,7 +35,7 @@ from mafsil.collision.workshop_loops import (
     pose_lanes_of,
     take_rates,
 )
-from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.held import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH, get, lane_bits, lanes, put, seen, where
 from mafsil.kernels.loops.loop import compiled, inlined
 
@@ -91,7 +91,7 @@ def _ask(shop: Held[Workshop], world: World, k: int, h: Lanes, wanted: int, benc
 @compiled
 def _hot_meets(shop: Held[Workshop]) -> int:
     """Bits of the lanes in which an item that met something lately does so again; most collisions show here."""
-    world, bench = opened(shop)
+    world, bench = open_held(shop)
     bodies, none = len(world.arm.bodies), lanes(0.0)
     for r in range(min(HOT, len(bench.order))):
         k = bench.order[r]
@@ -215,7 +215,7 @@ def prove(shop: Held[Workshop], a: Floats, b: Floats, blocks: int) -> tuple[int,
     Args:
         blocks: after which it ends with OPEN if it has not ended before.
     """
-    world, bench = opened(shop)
+    world, bench = open_held(shop)
     code, place, waiting, states = FREE, 1.0, WIDTH, 0
     take_rates(world, a, b, bench.speeds)
     while waiting > 0 and code == FREE:
@@ -252,7 +252,7 @@ def colliding_rows(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np
         count: of the first of them.
         bits: out, of row 8 k + l bit l of number k.
     """
-    world, bench = opened(shop)
+    world, bench = open_held(shop)
     for first in range(0, count, WIDTH):
         pose_lanes_of(world.kinematics, q[:count], first)
         bits[first // WIDTH] = colliding_lanes(shop, world, bench)
@@ -282,7 +282,7 @@ def prove_segments(
         t: (m,) out: where along the motion that shows, 0..1.
         evaluations: (m,) out: states that were looked at.
     """
-    clearance = opened(shop).world.clearance
+    clearance = open_held(shop).world.clearance
     kept = clearance.copy()
     clearance += extra
     _prove_each(shop, A, B, code, t, evaluations)

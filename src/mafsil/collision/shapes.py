@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch, frozen, number, real_array
 from mafsil.errors import InputError
-from mafsil.fields import checked, real
+from mafsil.fields import check_fields, real
 from mafsil.model import mesh, scan
-from mafsil.model.mesh.surface import cleaned
+from mafsil.model.mesh.surface import clean_surface
 from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
 
 MOST_LENGTH = 1e6
@@ -28,7 +28,7 @@ class Cone:
 
     radius: float
     length: float
-    __post_init__ = checked(radius=number, length=number)
+    __post_init__ = check_fields(radius=number, length=number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class TriangleMesh:
             FileError: no such file, another format, a damaged one.
         """
         surface = mesh.read(path)
-        whole = cleaned(surface.vertices * scale, surface.faces)
+        whole = clean_surface(surface.vertices * scale, surface.faces)
         return cls(whole.vertices, whole.faces)
 
 

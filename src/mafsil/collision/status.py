@@ -109,10 +109,10 @@ class CollisionCheck(Answer, data="q clearance contacts"):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return Answer.to_dict(self) | {"unchecked": named(self.unchecked)}
+        return Answer.to_dict(self) | {"unchecked": unchecked_as_data(self.unchecked)}
 
 
-def named(unchecked: tuple[str, ...]) -> list[str]:
+def unchecked_as_data(unchecked: tuple[str, ...]) -> list[str]:
     """What was not looked at, as plain data: itself, around."""
     return [key.rpartition("_")[2] for key in unchecked]
 

@@ -22,7 +22,7 @@ from mafsil.control.contact.impedance import impedance_control as impedance_cont
 from mafsil.control.contact.impedance_by_force import impedance_by_force as impedance_by_force
 from mafsil.control.joints.coupling import joint_coupling as joint_coupling
 from mafsil.control.joints.current_loop import current_loop as current_loop
-from mafsil.control.joints.delayed import delayed as delayed
+from mafsil.control.joints.delayed import add_delay as add_delay
 from mafsil.control.joints.elastic_laws import elastic_arm as elastic_arm
 from mafsil.control.joints.elastic_laws import elastic_linearization as elastic_linearization
 from mafsil.control.joints.elastic_laws import motor_feedback as motor_feedback
@@ -40,8 +40,8 @@ from mafsil.control.laws.joint_feedback import gravity_compensation as gravity_c
 from mafsil.control.laws.joint_feedback import pid as pid
 from mafsil.control.laws.law import Law as Law
 from mafsil.control.laws.law import as_law as as_law
-from mafsil.control.laws.law import combined as combined
-from mafsil.control.laws.law import saturated as saturated
+from mafsil.control.laws.law import combine as combine
+from mafsil.control.laws.law import saturate as saturate
 from mafsil.control.laws.law_export import export_law as export_law
 from mafsil.control.laws.linear_quadratic import linear_quadratic as linear_quadratic
 from mafsil.control.laws.matrix_feedback import matrix_computed_torque as matrix_computed_torque

@@ -25,7 +25,7 @@ from mafsil.derivation.matrices import (
     product,
     rotation_x,
     rotation_z,
-    scaled,
+    scale_row,
     transform,
 )
 from mafsil.derivation.polynomial import Angle, Polynomial, angle_sum, symbol
@@ -60,7 +60,7 @@ class SymbolicRow:
     def transform(self) -> SymbolicPose:
         """T_i-1,i = Rot(x, alpha) Trans(x, a) Trans(z, d) Rot(z, theta)."""
         tilt = rotation_x(self.alpha, self.alpha_quarters)
-        along_z = scaled(self.d, tuple(r[2] for r in tilt))
+        along_z = scale_row(self.d, tuple(r[2] for r in tilt))
         return SymbolicPose(
             product(tilt, rotation_z(self.theta, self.theta_quarters)), plus((self.a, ZERO, ZERO), along_z)
         )
@@ -135,13 +135,13 @@ class SymbolicArm:
         if self.classic is None:
             return row.transform()
         turned = SymbolicPose(rotation_z(row.theta, row.theta_quarters), (ZERO, ZERO, row.d))
-        return composed(turned, self.classic.ends[i - 1])
+        return compose(turned, self.classic.ends[i - 1])
 
     def shown(self, poses: Sequence[SymbolicPose]) -> tuple[SymbolicPose, ...]:
         """Poses {0} .. of the frames that are shown, from those of the modified table."""
         if self.classic is None:
             return tuple(poses)
-        later = (composed(pose, end) for pose, end in zip(poses[1:], self.classic.ends, strict=False))
+        later = (compose(pose, end) for pose, end in zip(poses[1:], self.classic.ends, strict=False))
         return (poses[0], *later)
 
     def frames(self, longest: int) -> tuple[SymbolicPose, ...]:
@@ -166,7 +166,7 @@ class SymbolicArm:
     def poses(self) -> tuple[SymbolicPose, ...]:
         """T_s0, T_s1, ..., T_sn and the tip: n + 2 poses in {s}."""
         frames = tuple(self._poses(self.base, self.rows))
-        return (*frames, composed(frames[-1], self.tool))
+        return (*frames, compose(frames[-1], self.tool))
 
     def between(self, k: int, i: int) -> SymbolicPose:
         """T_ki of the table's frames, 0 <= k <= i <= n."""
@@ -188,13 +188,13 @@ class SymbolicArm:
                 angle, quarters = angle_sum(row.theta, angle, -1), row.theta_quarters - quarters
             else:
                 angle, quarters = angle_sum(angle, row.theta), quarters + row.theta_quarters
-            p = plus(p, scaled(row.a, tuple(r[0] for r in R)))
-            p = plus(p, scaled(row.d, tuple(r[2] for r in before)))
+            p = plus(p, scale_row(row.a, tuple(r[0] for r in R)))
+            p = plus(p, scale_row(row.d, tuple(r[2] for r in before)))
             R = product(before, rotation_z(angle, quarters))
             yield SymbolicPose(R, p)
 
 
-def composed(T_ab: SymbolicPose, T_bc: SymbolicPose) -> SymbolicPose:
+def compose(T_ab: SymbolicPose, T_bc: SymbolicPose) -> SymbolicPose:
     """T_ac."""
     return SymbolicPose(product(T_ab.R, T_bc.R), plus(T_ab.p, transform(T_ab.R, T_bc.p)))
 
@@ -234,7 +234,7 @@ def symbolic_arm(mechanism: Mechanism, convention: Convention | str | None = Con
         base,
         _constant_pose(table.tool, f"L{len(rows)}" if planar else "t", letters)
         if ends is None
-        else composed(ends.ends[-1], ends.tool),
+        else compose(ends.ends[-1], ends.tool),
         letters,
         tuple(mechanism.joint_names.index(joint.name) for joint in moving),
         tuple(_rest(row.theta) if row.kind == "R" else 0.0 for row in table.rows),

@@ -15,7 +15,7 @@ from mafsil.errors import ModelError
 from mafsil.model import Inertial, JointKind, Mechanism
 from mafsil.model.appearance import part_of
 from mafsil.model.exponentials import chain_to_tip
-from mafsil.model.mass_properties import combined
+from mafsil.model.mass_properties import combine_bodies
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +84,7 @@ def _inertials(arm: SymbolicArm) -> list[tuple[Inertial | None, float]]:
             if heads[k] == place and link.inertial is not None and link.inertial.mass
         ]
         armature = 0.0 if joint.actuator is None else joint.actuator.reflected_inertia
-        found.append((combined(parts) if parts else None, armature))
+        found.append((combine_bodies(parts) if parts else None, armature))
     return found
 
 

@@ -204,7 +204,7 @@ def check_dh(
 def _repair(rows: Rows, convention: Convention, truth: Truth, *, pairs: bool = True) -> Review | None:
     """The smallest repair: of one mistake, else of two."""
     single = list(single_rows(rows, convention))
-    typed = values(rows, convention, truth.solved(rows, convention))
+    typed = values(rows, convention, truth.solve_entries(rows, convention))
     alone = [(repair, (repair.finding,)) for repair in (*single, *whole_table(rows, convention), *typed)]
     best = _smallest(alone, convention, truth)
     if best is not None or not pairs:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, not_negative, number, real_array
-from mafsil.derivation.formula_text import evaluate, parsed
+from mafsil.derivation.formula_text import evaluate, parse_formula
 from mafsil.derivation.jacobian_formulas import expected_formulas
 from mafsil.derivation.lengths import CompiledArm, Reading, Truth, readings_of
 from mafsil.derivation.review import Finding, Mistake, Review, shown
@@ -169,7 +169,7 @@ def _number(values: Mapping[str, float]) -> dict[str, float]:
 def _check_formulas(
     J: Sequence[Sequence[str]], mechanism: Mechanism, kind: Kind, own: Mapping[str, float], tolerance: float
 ) -> Review:
-    trees = [[parsed(str(entry)) for entry in row] for row in J]
+    trees = [[parse_formula(str(entry)) for entry in row] for row in J]
     if len({len(row) for row in trees}) != 1:
         raise InputError("derivation.ragged")
     shape = (len(trees), len(trees[0]))
@@ -208,7 +208,7 @@ def _in_formula(
     r, c = finding.row - 1, finding.column - 1
     tree, right_entry = trees[r][c], right[:, r, c]
     given = ast.unparse(tree)
-    for mistake, changed in repaired(tree, n, reading.letters):
+    for mistake, changed in one_mistake_repairs(tree, n, reading.letters):
         if _equal(_numbers(changed, reading.names), right_entry, tolerance):
             return Finding(mistake, finding.row, finding.column, given=given, expected=ast.unparse(changed))
     here = _equal(_numbers(tree, reading.names)[:KEPT], right_entry[:KEPT], tolerance)
@@ -245,7 +245,9 @@ def _equal(A: Floats, B: Floats, tolerance: float) -> bool:
     return A.shape == B.shape and bool(np.abs(A - B).max(initial=0.0) <= tolerance)
 
 
-def repaired(tree: ast.expr, joints: int, letters: Collection[str] = ()) -> Iterator[tuple[Mistake, ast.expr]]:
+def one_mistake_repairs(
+    tree: ast.expr, joints: int, letters: Collection[str] = ()
+) -> Iterator[tuple[Mistake, ast.expr]]:
     """Formulas that differ from the given one by one mistake.
 
     Args:

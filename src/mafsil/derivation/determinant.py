@@ -8,7 +8,7 @@ from itertools import combinations
 
 from mafsil.derivation.arm import SymbolicArm
 from mafsil.derivation.matrices import ZERO, Entries, Row, SymbolicPose, cross, minus, transform, transpose
-from mafsil.derivation.polynomial import Monomial, Polynomial, collected, simplified
+from mafsil.derivation.polynomial import Monomial, Polynomial, collect_terms, simplify
 
 LONGEST = 400
 """A block whose expanded determinant has more terms is given up."""
@@ -78,7 +78,7 @@ def relative_pose(arm: SymbolicArm, k: int, i: int) -> SymbolicPose:
 
 def _tip(arm: SymbolicArm, last: SymbolicPose) -> SymbolicPose:
     moved = transform(last.R, arm.tool.p)
-    return SymbolicPose(last.R, tuple(simplified(x + y) for x, y in zip(last.p, moved, strict=True)))
+    return SymbolicPose(last.R, tuple(simplify(x + y) for x, y in zip(last.p, moved, strict=True)))
 
 
 def _screw(arm: SymbolicArm, index: int, pose: SymbolicPose, at: Row) -> Row:
@@ -158,7 +158,7 @@ def _expand(A: Entries) -> Polynomial | None:
         total = total + (entry * minor if c % 2 == 0 else -(entry * minor))
         if len(total.terms) > LONGEST:
             return None
-    return simplified(total)
+    return simplify(total)
 
 
 def _split(factors: Sequence[Polynomial]) -> tuple[Polynomial, ...]:
@@ -170,7 +170,7 @@ def _split(factors: Sequence[Polynomial]) -> tuple[Polynomial, ...]:
         if factor.is_zero:
             return (ZERO,)
         common = _common(factor)
-        inner = collected((_remove(m, common), x) for m, x in factor.terms.items())
+        inner = collect_terms((_remove(m, common), x) for m, x in factor.terms.items())
         front.append(common)
         if len(inner.terms) == 1 and () in inner.terms:
             number *= inner.terms[()]

@@ -57,7 +57,7 @@ class Truth:
         numbers, revolute = _numbers(tables)
         return np.abs(self._misfit(numbers, revolute, convention)).max(axis=1, initial=0.0) <= self.tolerance
 
-    def solved(self, rows: Rows, convention: Convention) -> list[Solved]:
+    def solve_entries(self, rows: Rows, convention: Convention) -> list[Solved]:
         """Every entry that alone can make the table right, with the value that does.
 
         1. Each of the 4n entries from several starts: angles all round, lengths from the given value and from zero.

@@ -14,8 +14,8 @@ from mafsil.derivation.arm import SymbolicArm, symbolic_arm
 from mafsil.derivation.bodies import Bodies, SymbolicBody, symbolic_bodies
 from mafsil.derivation.document import Derivation, Line, Name, Side, Step
 from mafsil.derivation.lagrange_method import Lagrange, coordinate_names, counts_step, lagrange, rates, too_long
-from mafsil.derivation.matrices import ZERO, Row, cross, minus, plus, scaled, transform, transpose
-from mafsil.derivation.polynomial import Polynomial, simplified
+from mafsil.derivation.matrices import ZERO, Row, cross, minus, plus, scale_row, transform, transpose
+from mafsil.derivation.polynomial import Polynomial, simplify
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.tolerances import LIMIT
 from mafsil.derivation.verification import STATES, DerivationError, Judge
@@ -129,7 +129,7 @@ def _energies(judge: DynamicsJudge, method: Lagrange) -> list[Step]:
     ]
     P = [judge.line((Name("P", str(k + 1)),), method.potential[k], truth=_height(judge, centres, k)) for k in heavy]
     K = _kinetic_lines(judge, method)
-    total = simplified(sum(method.kinetic, start=ZERO))
+    total = simplify(sum(method.kinetic, start=ZERO))
     truth = np.asarray(robot.kinetic_energy(judge.q, judge.qd))
     if np.abs(judge.number(total) - truth).max() > LIMIT * max(1.0, np.abs(truth).max()):
         raise DerivationError("derivation.differs", line="K", error=float("nan"), limit=LIMIT)
@@ -220,7 +220,7 @@ def _determinant(judge: DynamicsJudge, method: Lagrange, M: Floats) -> list[Line
         value = sum((rows[0][k] * _minor(rows, k) for k in range(3)), start=ZERO)
     else:
         return []
-    short = simplified(value)
+    short = simplify(value)
     if len(short.terms) > LONGEST_DETERMINANT:
         return []
     return [judge.line((Name("det M"),), short, truth=np.linalg.det(M))]
@@ -360,7 +360,7 @@ def _needed(body: SymbolicBody, V: Row, dV: Row) -> Row:
 
 def _momentum(body: SymbolicBody, V: Row) -> Row:
     """G V: linear m (v + w x c), angular I w + c x linear."""
-    linear = scaled(body.mass, plus(V[3:], cross(V[:3], body.com)))
+    linear = scale_row(body.mass, plus(V[3:], cross(V[:3], body.com)))
     return (*plus(transform(body.inertia, V[:3]), cross(body.com, linear)), *linear)
 
 

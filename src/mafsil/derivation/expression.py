@@ -175,7 +175,7 @@ class Expression:
         return f"<mrow>{_written(self, _MATHML)}</mrow>"
 
 
-def named(name: str) -> Expression:
+def name_expression(name: str) -> Expression:
     """A name."""
     return Expression("name", leaf=name)
 

@@ -6,23 +6,23 @@ from collections import Counter
 
 from mafsil.derivation.grouping import Part as Part
 from mafsil.derivation.grouping import evaluate as evaluate
-from mafsil.derivation.grouping import grouped, has_inertia
-from mafsil.derivation.polynomial import Factor, Monomial, Polynomial, Symbol, collected, rank
+from mafsil.derivation.grouping import group_summands, has_inertia
+from mafsil.derivation.polynomial import Factor, Monomial, Polynomial, Symbol, collect_terms, rank
 
 
-def factored(polynomial: Polynomial) -> tuple[Part, ...]:
+def factor_out(polynomial: Polynomial) -> tuple[Part, ...]:
     """Summands with the most frequent common factors taken out, first those of most terms; masses in front of all."""
     if has_inertia(polynomial):
-        return grouped(polynomial)
+        return group_summands(polynomial)
     common = _most_frequent(polynomial)
     if common is None:
         return tuple(Part(number, monomial) for monomial, number in polynomial.terms.items())
     inside = {m: x for m, x in polynomial.terms.items() if common in m}
     outside = Polynomial({m: x for m, x in polynomial.terms.items() if common not in m})
-    bracket = factored(collected((_without(m, common), x) for m, x in inside.items()))
+    bracket = factor_out(collect_terms((_without(m, common), x) for m, x in inside.items()))
     first = next(iter(polynomial.terms))
     here = _in_front(common, bracket)
-    rest = factored(outside)
+    rest = factor_out(outside)
     return (here, *rest) if common in first else (*rest, here)
 
 

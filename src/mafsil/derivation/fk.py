@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.derivation.arm import SymbolicArm, composed, symbolic_arm
+from mafsil.derivation.arm import SymbolicArm, compose, symbolic_arm
 from mafsil.derivation.document import Derivation, Line, Name, Step
 from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose, product, transform, transpose
 from mafsil.derivation.polynomial import symbol
@@ -81,12 +81,12 @@ def blocks(arm: SymbolicArm, judge: Judge, start: int) -> list[Step]:
 def _between_ends(arm: SymbolicArm, first: int, last: int, pose: SymbolicPose) -> SymbolicPose:
     """The pose between frames of the classic table from that between those of the modified one."""
     assert arm.classic is not None
-    ended = composed(pose, arm.classic.ends[last - 1])
+    ended = compose(pose, arm.classic.ends[last - 1])
     if first == 0:
         return ended
     end = arm.classic.ends[first - 1]
     back = transpose(end.R)
-    return composed(SymbolicPose(back, tuple(-x for x in transform(back, end.p))), ended)
+    return compose(SymbolicPose(back, tuple(-x for x in transform(back, end.p))), ended)
 
 
 def base_letter(arm: SymbolicArm) -> str:

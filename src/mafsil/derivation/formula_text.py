@@ -31,7 +31,7 @@ _MOST_POWER = 6
 _LARGEST = 10**15
 
 
-def parsed(text: str) -> ast.expr:
+def parse_formula(text: str) -> ast.expr:
     """The tree of a formula.
 
     Args:
@@ -54,7 +54,7 @@ def evaluate(tree: ast.expr, values: Mapping[str, Any]) -> Any:
     """The number, or array of numbers, of a formula.
 
     Args:
-        tree: from `parsed`.
+        tree: from `parse_formula`.
         values: q1, q2 ... and the letters.
 
     Raises:

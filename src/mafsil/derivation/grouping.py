@@ -28,7 +28,7 @@ def has_inertia(polynomial: Polynomial) -> bool:
     return any(is_inertial(factor) for monomial in polynomial.terms for factor in monomial)
 
 
-def grouped(polynomial: Polynomial) -> tuple[Part, ...]:
+def group_summands(polynomial: Polynomial) -> tuple[Part, ...]:
     """Summands grouped by accelerations, then what goes with rates, then the rest; within each by masses.
 
     Args:

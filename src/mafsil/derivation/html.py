@@ -14,7 +14,7 @@ from mafsil.derivation.expression import (
     signed_angles,
     with_letters,
 )
-from mafsil.derivation.factored import Part, factored
+from mafsil.derivation.factored import Part, factor_out
 from mafsil.derivation.grouping import powers
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
@@ -68,7 +68,7 @@ def _letter(text: str) -> str:
 
 def formula(polynomial: Polynomial) -> str:
     """MathML of a formula, without the enclosing element."""
-    return _sum(factored(polynomial))
+    return _sum(factor_out(polynomial))
 
 
 def _step(step: Step, code: str) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.derivation.document import Derivation, Grid, Line, Name, Step
-from mafsil.derivation.expression import Expression, function, named, number, plus_minus
+from mafsil.derivation.expression import Expression, function, name_expression, number, plus_minus
 from mafsil.derivation.ik_judge import AngleJudge, vector_text
 from mafsil.errors import ModelError
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, PositioningMethod
@@ -86,7 +86,7 @@ def _displacement(judge: AngleJudge) -> Step:
     if judge.pattern.family is Family.PLANAR:
         return Step("derivation.ik_displacement_plane")
     key = "ik_displacement_reversed" if judge.pattern.reversed else "ik_displacement"
-    lines = (judge.define("p", named("R") * named("m") + named("t")),)
+    lines = (judge.define("p", name_expression("R") * name_expression("m") + name_expression("t")),)
     return Step(f"derivation.{key}", {}, lines)
 
 
@@ -100,59 +100,61 @@ def _wrist_arm(judge: AngleJudge) -> list[Step]:
     product = turns[0]
     for turn in turns[1:]:
         product = product * turn
-    lines = [judge.define("Q", product * named("R"))]
+    lines = [judge.define("Q", product * name_expression("R"))]
     beside = (w4.dot(w5), w5.dot(w6))
     lines += judge.elementary(
         4,
         judge.less(w4.dot(w6), *beside),
         w4.dot(w5.cross(w6)),
-        judge.less(w4.dot(named("Q") * w6), *beside),
+        judge.less(w4.dot(name_expression("Q") * w6), *beside),
     )
     middle = Step("derivation.ik_wrist_middle", judge.details(3, 4, 5), tuple(lines))
-    first = judge.turn(3, function("Rot", w5, judge.angle(4)) * w6, named("Q") * w6)
+    first = judge.turn(3, function("Rot", w5, judge.angle(4)) * w6, name_expression("Q") * w6)
     back = function("Rot", w5, -judge.angle(4)) * w4
-    last = judge.turn(5, function("transpose", named("Q")) * w4, back)
+    last = judge.turn(5, function("transpose", name_expression("Q")) * w4, back)
     outer = Step("derivation.ik_wrist_outer", judge.details(3, 4, 5), (*first, *last))
     return [*method, middle, outer]
 
 
 def _first_by_height(judge: AngleJudge) -> Step:
     """The height along the next axes does not change when they turn: one equation for the first joint."""
-    w1, w2, v = judge.w(0), judge.w(1), named(judge.letter("v", 0))
+    w1, w2, v = judge.w(0), judge.w(1), name_expression(judge.letter("v", 0))
     beside = (w1.dot(w2), w1.dot(v))
-    lines = [judge.define(judge.letter("v", 0), named("p") - judge.r(0))]
+    lines = [judge.define(judge.letter("v", 0), name_expression("p") - judge.r(0))]
     lines += judge.elementary(
         0,
         judge.less(w2.dot(v), *beside),
         w1.dot(w2.cross(v)),
-        judge.less(w2.dot(named("m") - judge.r(0)), *beside),
+        judge.less(w2.dot(name_expression("m") - judge.r(0)), *beside),
     )
     return Step("derivation.ik_height", judge.details(0, 1, 2), tuple(lines))
 
 
 def _parallel_method(judge: AngleJudge) -> list[Step]:
     """Height, distance, turn."""
-    s = judge.define("s", judge.r(0) + function("Rot", judge.w(0), -judge.angle(0)) * (named("p") - judge.r(0)))
-    third = _distance(judge, 2, judge.r(1), named("m"), named("s"), (s,))
-    second = judge.turn(1, named("g") - judge.r(1), named("s") - judge.r(1))
+    s = judge.define(
+        "s", judge.r(0) + function("Rot", judge.w(0), -judge.angle(0)) * (name_expression("p") - judge.r(0))
+    )
+    third = _distance(judge, 2, judge.r(1), name_expression("m"), name_expression("s"), (s,))
+    second = judge.turn(1, name_expression("g") - judge.r(1), name_expression("s") - judge.r(1))
     return [_first_by_height(judge), third, Step("derivation.ik_turn", judge.details(1, 2), tuple(second))]
 
 
 def _meeting_method(judge: AngleJudge) -> list[Step]:
     """Distance from the meeting point, then both axes through it."""
-    o, w1, w2 = named("o"), judge.w(0), judge.w(1)
-    third = _distance(judge, 2, o, named("m"), named("p"), ())
+    o, w1, w2 = name_expression("o"), judge.w(0), judge.w(1)
+    third = _distance(judge, 2, o, name_expression("m"), name_expression("p"), ())
     u, v = judge.letter("u", 1), judge.letter("v", 1)
-    lines = [judge.define(u, named("g") - o), judge.define(v, named("p") - o)]
-    beside = (w1.dot(w2), w2.dot(named(u)))
+    lines = [judge.define(u, name_expression("g") - o), judge.define(v, name_expression("p") - o)]
+    beside = (w1.dot(w2), w2.dot(name_expression(u)))
     lines += judge.elementary(
         1,
-        judge.less(w1.dot(named(u)), *beside),
-        w1.dot(w2.cross(named(u))),
-        judge.less(w1.dot(named(v)), *beside),
+        judge.less(w1.dot(name_expression(u)), *beside),
+        w1.dot(w2.cross(name_expression(u))),
+        judge.less(w1.dot(name_expression(v)), *beside),
     )
     second = Step("derivation.ik_two_axes", judge.details(0, 1), tuple(lines))
-    first = judge.turn(0, function("Rot", w2, judge.angle(1)) * named(u), named(v))
+    first = judge.turn(0, function("Rot", w2, judge.angle(1)) * name_expression(u), name_expression(v))
     return [third, second, Step("derivation.ik_turn", judge.details(0, 1), tuple(first))]
 
 
@@ -164,20 +166,23 @@ def _distance(
     lines = list(before)
     if judge.pattern.prismatic[k]:
         lines.append(judge.define(x, moved - centre))
-        along = judge.w(k).dot(named(x))
-        root = function("sqrt", function("square", along) - function("square", named(x)) + reach)
-        lines.append(judge.solved(k, plus_minus(-along, root)))
+        along = judge.w(k).dot(name_expression(x))
+        root = function("sqrt", function("square", along) - function("square", name_expression(x)) + reach)
+        lines.append(judge.judge_joint(k, plus_minus(-along, root)))
         lines.append(judge.define("g", moved + judge.angle(k) * judge.w(k)))
         return Step("derivation.ik_prismatic", judge.details(k, k - 1), tuple(lines))
     lines += [judge.define(x, moved - judge.r(k)), judge.define(y, judge.r(k) - centre)]
-    along = (judge.w(k).dot(named(x)), judge.w(k).dot(named(y)))
+    along = (judge.w(k).dot(name_expression(x)), judge.w(k).dot(name_expression(y)))
     lines += judge.elementary(
         k,
-        judge.less(named(x).dot(named(y)), *along),
-        named(y).dot(judge.w(k).cross(named(x))),
-        judge.less((reach - function("square", named(x)) - function("square", named(y))) / number(2.0), *along),
+        judge.less(name_expression(x).dot(name_expression(y)), *along),
+        name_expression(y).dot(judge.w(k).cross(name_expression(x))),
+        judge.less(
+            (reach - function("square", name_expression(x)) - function("square", name_expression(y))) / number(2.0),
+            *along,
+        ),
     )
-    lines.append(judge.define("g", judge.r(k) + function("Rot", judge.w(k), judge.angle(k)) * named(x)))
+    lines.append(judge.define("g", judge.r(k) + function("Rot", judge.w(k), judge.angle(k)) * name_expression(x)))
     return Step("derivation.ik_distance", judge.details(k, k - 1), tuple(lines))
 
 
@@ -185,26 +190,26 @@ def _parallel_arm(judge: AngleJudge) -> list[Step]:
     """One joint, three parallel axes, two that meet."""
     w2, w5, w6 = judge.w(1), judge.w(4), judge.w(5)
     beside = (w2.dot(w5), w5.dot(w6))
-    fifth = [judge.define("Q", function("Rot", judge.w(0), -judge.angle(0)) * named("R"))]
+    fifth = [judge.define("Q", function("Rot", judge.w(0), -judge.angle(0)) * name_expression("R"))]
     fifth += judge.elementary(
         4,
         judge.less(w2.dot(w6), *beside),
         w2.dot(w5.cross(w6)),
-        judge.less(w2.dot(named("Q") * w6), *beside),
+        judge.less(w2.dot(name_expression("Q") * w6), *beside),
     )
-    sixth = judge.turn(5, function("transpose", named("Q")) * w2, function("Rot", w5, -judge.angle(4)) * w2)
-    total = judge.total((1, 2, 3), function("Rot", w5, judge.angle(4)) * w6, named("Q") * w6)
+    sixth = judge.turn(5, function("transpose", name_expression("Q")) * w2, function("Rot", w5, -judge.angle(4)) * w2)
+    total = judge.total((1, 2, 3), function("Rot", w5, judge.angle(4)) * w6, name_expression("Q") * w6)
     k = judge.letter("k", 3)
     back = judge.r(5) + function("Rot", w6, -judge.angle(5)) * (
         judge.r(4) + function("Rot", w5, -judge.angle(4)) * (judge.r(3) - judge.r(4)) - judge.r(5)
     )
-    carried = named("R") * named(k) + named("t") - judge.r(0)
+    carried = name_expression("R") * name_expression(k) + name_expression("t") - judge.r(0)
     place = (
         judge.define(k, back),
         judge.define("s", judge.r(0) + function("Rot", judge.w(0), -judge.angle(0)) * carried),
     )
-    third = _distance(judge, 2, judge.r(1), judge.r(3), named("s"), place)
-    second = judge.turn(1, named("g") - judge.r(1), named("s") - judge.r(1))
+    third = _distance(judge, 2, judge.r(1), judge.r(3), name_expression("s"), place)
+    second = judge.turn(1, name_expression("g") - judge.r(1), name_expression("s") - judge.r(1))
     return [
         _first_by_height(judge),
         Step("derivation.ik_fifth", {**judge.details(1, 4, 5), "first": judge.index(0)}, tuple(fifth)),
@@ -220,17 +225,17 @@ def _planar_arm(judge: AngleJudge) -> list[Step]:
     """Three parallel axes, and perhaps a slide along them."""
     w = judge.w(0)
     steps: list[Step] = []
-    lines = [judge.define("k", named("R") * judge.r(2) + named("t"))]
+    lines = [judge.define("k", name_expression("R") * judge.r(2) + name_expression("t"))]
     if judge.pattern.joints[3] >= 0:
-        rise = judge.w(3).dot(named("k") - judge.r(2))
-        steps.append(Step("derivation.ik_rise", judge.details(3), (lines.pop(), judge.solved(3, rise))))
-    lines.append(judge.define("s", named("k") - (w.dot(named("k") - judge.r(2))) * w))
-    steps.append(_distance(judge, 1, judge.r(0), judge.r(2), named("s"), tuple(lines)))
-    first = judge.turn(0, named("g") - judge.r(0), named("s") - judge.r(0))
+        rise = judge.w(3).dot(name_expression("k") - judge.r(2))
+        steps.append(Step("derivation.ik_rise", judge.details(3), (lines.pop(), judge.judge_joint(3, rise))))
+    lines.append(judge.define("s", name_expression("k") - (w.dot(name_expression("k") - judge.r(2))) * w))
+    steps.append(_distance(judge, 1, judge.r(0), judge.r(2), name_expression("s"), tuple(lines)))
+    first = judge.turn(0, name_expression("g") - judge.r(0), name_expression("s") - judge.r(0))
     steps.append(Step("derivation.ik_turn", judge.details(0, 1), tuple(first)))
     if judge.pattern.joints[2] >= 0:
         judge.constant("n", judge.across(0))
-        total = judge.total((0, 1, 2), named("n"), named("R") * named("n"))
+        total = judge.total((0, 1, 2), name_expression("n"), name_expression("R") * name_expression("n"))
         steps.append(Step("derivation.ik_sum", judge.details(0, 1, 2), tuple(total)))
         steps.append(Step("derivation.ik_rest", judge.details(2), (judge.remaining(2, (0, 1)),)))
     return steps

@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.derivation.document import Line, Name
-from mafsil.derivation.expression import Expression, function, named, plus_minus
+from mafsil.derivation.expression import Expression, function, name_expression, plus_minus
 from mafsil.derivation.tolerances import HALF_DIGITS, ROUNDOFF
 from mafsil.derivation.verification import DerivationError
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, PositioningMethod
@@ -66,15 +66,15 @@ class AngleJudge:
 
     def w(self, k: int) -> Expression:
         """Direction of an axis."""
-        return named(self.letter("w", k))
+        return name_expression(self.letter("w", k))
 
     def r(self, k: int) -> Expression:
         """A point of an axis."""
-        return named(self.letter("r", k))
+        return name_expression(self.letter("r", k))
 
     def angle(self, k: int) -> Expression:
         """The unknown of a joint."""
-        return named(self._unknown(k))
+        return name_expression(self._unknown(k))
 
     def across(self, k: int) -> Floats:
         """(3,) a unit vector normal to an axis."""
@@ -99,20 +99,20 @@ class AngleJudge:
         """A cos x + b sin x = c for the unknown of joint k, checked, and both its solutions, checked."""
         names = [self.letter(stem, k) for stem in "abc"]
         lines = [self.define(name, formula) for name, formula in zip(names, (a, b, c), strict=True)]
-        at, bt, ct = (named(name) for name in names)
+        at, bt, ct = (name_expression(name) for name in names)
         x = self.angle(k)
         left = at * function("cos", x) + bt * function("sin", x)
         gap = np.abs(np.asarray(left.evaluate(self.values)) - self.values[names[2]])
         lines.append(Line((), (left, ct), self._error(names[2], gap, self.pattern.size**2)))
         size = function("sqrt", function("square", at) + function("square", bt))
-        lines.append(self.solved(k, plus_minus(function("atan2", bt, at), function("acos", ct / size))))
+        lines.append(self.judge_joint(k, plus_minus(function("atan2", bt, at), function("acos", ct / size))))
         return lines
 
     def turn(self, k: int, start: Expression, goal: Expression) -> list[Line]:
         """The turn of joint k that brings one vector to another: its projections, and the angle between them."""
         u, v = self.letter("u", k), self.letter("v", k)
         lines = [self.define(u, start), self.define(v, goal)]
-        return [*lines, self.solved(k, between(self.w(k), named(u), named(v)))]
+        return [*lines, self.judge_joint(k, between(self.w(k), name_expression(u), name_expression(v)))]
 
     def total(self, joints: tuple[int, ...], start: Expression, goal: Expression) -> list[Line]:
         """The sum of the turns about parallel axes, as one turn about the first of them."""
@@ -122,16 +122,16 @@ class AngleJudge:
         u, v = self.letter("e", first), self.letter("f", first)
         lines = [self.define(u, start), self.define(v, goal)]
         self.values[name] = sum((self._sense(k, first) * self.values[self._unknown(k)] for k in joints), np.zeros(1))
-        return [*lines, self._solve(name, between(self.w(first), named(u), named(v)), slides=False)]
+        return [*lines, self._solve(name, between(self.w(first), name_expression(u), name_expression(v)), slides=False)]
 
     def remaining(self, k: int, others: tuple[int, ...]) -> Line:
         """What the sum leaves to joint k."""
-        rest = named(self._total)
+        rest = name_expression(self._total)
         for j in others:
             rest = rest - self.angle(j) if self._sense(j, others[0]) > 0 else rest + self.angle(j)
-        return self.solved(k, rest if self._sense(k, others[0]) > 0 else -rest)
+        return self.judge_joint(k, rest if self._sense(k, others[0]) > 0 else -rest)
 
-    def solved(self, k: int, formula: Expression) -> Line:
+    def judge_joint(self, k: int, formula: Expression) -> Line:
         """The unknown of joint k, compared with the solver's values."""
         if formula.signed:
             self.signed.append(_plain(self._unknown(k)))
@@ -199,7 +199,7 @@ def number_text(value: float) -> str:
 
 
 def _plain(name: str) -> str:
-    return named(name).text()
+    return name_expression(name).text()
 
 
 def _solutions(robot: Robot, solve: Callable[[PoseMatrix], Floats], rng: np.random.Generator) -> tuple[Floats, Floats]:

@@ -13,7 +13,7 @@ from mafsil.derivation.determinant import Determinant, determinant
 from mafsil.derivation.document import Derivation, Factors, Line, Name, Side, Step
 from mafsil.derivation.fk import base_letter, blocks, products
 from mafsil.derivation.matrices import ZERO, Entries, Row, SymbolicPose, cross, transpose
-from mafsil.derivation.polynomial import Polynomial, Trig, simplified
+from mafsil.derivation.polynomial import Polynomial, Trig, simplify
 from mafsil.derivation.screw_method import Form, jacobian_by_screws, wants_screws
 from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
@@ -83,7 +83,7 @@ def tip_columns(arm: SymbolicArm) -> Entries:
     """
     p = arm.poses()[-1].p
     names = [f"theta{i}" if row.row.kind == "R" else f"q{i}" for i, row in enumerate(arm.rows, start=1)]
-    return tuple(tuple(simplified(x.derivative(name)) for x in p) for name in names)
+    return tuple(tuple(simplify(x.derivative(name)) for x in p) for name in names)
 
 
 def _column(arm: SymbolicArm, index: int, pose: SymbolicPose) -> Row:

@@ -15,7 +15,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.derivation.document import Derivation, Grid, Line, Name, Step
 from mafsil.derivation.expression import glyph
-from mafsil.derivation.formula_text import evaluate, parsed
+from mafsil.derivation.formula_text import evaluate, parse_formula
 from mafsil.derivation.matrices import Row
 from mafsil.derivation.polynomial import (
     Angle,
@@ -25,7 +25,7 @@ from mafsil.derivation.polynomial import (
     Values,
     angle_sum,
     constant,
-    simplified,
+    simplify,
     symbol,
     trig,
 )
@@ -116,15 +116,15 @@ class _System:
 
     def momenta(self) -> Row:
         """dL/d(dq_i)."""
-        return tuple(simplified(self.K.derivative("d" + name)) for name in self.names)
+        return tuple(simplify(self.K.derivative("d" + name)) for name in self.names)
 
     def slopes(self) -> Row:
         """dL/dq_i."""
-        return tuple(simplified(self.lagrangian.derivative(name)) for name in self.names)
+        return tuple(simplify(self.lagrangian.derivative(name)) for name in self.names)
 
     def forces(self) -> Row:
         """The derivative of each momentum along the motion, less dL/dq_i."""
-        return tuple(simplified(self._rate(p) - s) for p, s in zip(self.momenta(), self.slopes(), strict=True))
+        return tuple(simplify(self._rate(p) - s) for p, s in zip(self.momenta(), self.slopes(), strict=True))
 
     def _rate(self, p: Polynomial) -> Polynomial:
         total = constant(0.0)
@@ -138,14 +138,14 @@ class _Judge:
 
     def __init__(self, system: _System, kinetic: str, potential: str) -> None:
         self.system = system
-        self._K, self._P = parsed(kinetic), parsed(potential)
+        self._K, self._P = parse_formula(kinetic), parse_formula(potential)
         rng = np.random.default_rng(11)
         names = {name for polynomial in (system.K, system.P) for name in _letters(polynomial)}
         names |= {order + name for name in system.names for order in ("", "d", "dd")}
         self.values: dict[str, Floats] = {name: rng.uniform(0.5, 1.5, STATES) for name in sorted(names)}
 
     def energy(self, text: str) -> Floats:
-        return np.real(evaluate(parsed(text), self.values)) + np.zeros(STATES)
+        return np.real(evaluate(parse_formula(text), self.values)) + np.zeros(STATES)
 
     def slopes(self) -> list[Floats]:
         return [self._slope(name, self.values) for name in self.system.names]
@@ -206,7 +206,7 @@ class _Judge:
                 for k, name in enumerate(names):
                     at_unit["d" + name], at_rest["d" + name] = np.full(STATES, float(k == j)), np.zeros(STATES)
                 truth = self._slope("d" + names[i], at_unit) - self._slope("d" + names[i], at_rest)
-                entry = simplified(p.derivative("d" + names[j]))
+                entry = simplify(p.derivative("d" + names[j]))
                 if {"d" + name for name in names} & _letters(entry):
                     return ()
                 lines.append(self.line("M", f"{i + 1}{j + 1}", entry, truth))
@@ -283,7 +283,7 @@ def polynomial_of(text: str) -> Polynomial:
     Raises:
         InputError: it is no formula, or divides by a name, takes a root, or turns by something else than named angles.
     """
-    return _polynomial(parsed(text), text)
+    return _polynomial(parse_formula(text), text)
 
 
 def _polynomial(tree: ast.expr, text: str) -> Polynomial:

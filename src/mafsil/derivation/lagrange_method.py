@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from mafsil.derivation.arm import SymbolicArm
 from mafsil.derivation.bodies import Bodies
 from mafsil.derivation.document import Derivation, Grid, Step
-from mafsil.derivation.factored import Part, factored
+from mafsil.derivation.factored import Part, factor_out
 from mafsil.derivation.matrices import ZERO, Entries, Row, dot, plus, transform
-from mafsil.derivation.polynomial import Factor, Polynomial, Trig, constant, simplified, symbol
+from mafsil.derivation.polynomial import Factor, Polynomial, Trig, constant, simplify, symbol
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import read
 from mafsil.mechanics.catalogue import quantity
@@ -78,7 +78,7 @@ def lagrange(arm: SymbolicArm, bodies: Bodies) -> Lagrange:
     names, qd, qdd = coordinate_names(arm), rates(arm), rates(arm, 2)
     poses = arm.poses()[1:-1]
     positions = tuple(plus(pose.p, transform(pose.R, body.com)) for pose, body in zip(poses, bodies.links, strict=True))
-    columns = [[tuple(simplified(x.derivative(name)) for x in p) for name in names] for p in positions]
+    columns = [[tuple(simplify(x.derivative(name)) for x in p) for name in names] for p in positions]
     velocities = tuple(
         tuple(_sum(column[axis] * rate for column, rate in zip(each, qd, strict=True)) for axis in range(3))
         for each in columns
@@ -87,11 +87,11 @@ def lagrange(arm: SymbolicArm, bodies: Bodies) -> Lagrange:
     M = _add(shares)
     kinetic = tuple(_quadratic(share, qd) for share in shares)
     potential = tuple(
-        simplified(-body.mass * dot(bodies.gravity, p)) for body, p in zip(bodies.links, positions, strict=True)
+        simplify(-body.mass * dot(bodies.gravity, p)) for body, p in zip(bodies.links, positions, strict=True)
     )
     christoffel = _christoffel(M, names)
     c = tuple(_quadratic(symbols, qd, half=False) for symbols in christoffel)
-    g = tuple(simplified(_sum(P.derivative(name) for P in potential)) for name in names)
+    g = tuple(simplify(_sum(P.derivative(name) for P in potential)) for name in names)
     tau = tuple(
         _sum(m * x for m, x in zip(row, qdd, strict=True)) + ci + gi for row, ci, gi in zip(M, c, g, strict=True)
     )
@@ -105,7 +105,7 @@ def _share(arm: SymbolicArm, bodies: Bodies, k: int, columns: list[Row]) -> Entr
     turned = [transform(body.inertia, spin) for spin in spins]
     rows: list[Row] = []
     for i in range(n):
-        row = [simplified(body.mass * dot(columns[i], columns[j]) + dot(spins[i], turned[j])) for j in range(n)]
+        row = [simplify(body.mass * dot(columns[i], columns[j]) + dot(spins[i], turned[j])) for j in range(n)]
         if i == k:
             row[i] = row[i] + body.armature
         rows.append(tuple(row))
@@ -121,7 +121,7 @@ def _axis(arm: SymbolicArm, j: int, k: int) -> Row:
 
 def _add(shares: list[Entries]) -> Entries:
     n = len(shares[0])
-    return tuple(tuple(simplified(_sum(share[i][j] for share in shares)) for j in range(n)) for i in range(n))
+    return tuple(tuple(simplify(_sum(share[i][j] for share in shares)) for j in range(n)) for i in range(n))
 
 
 def _christoffel(M: Entries, names: tuple[str, ...]) -> tuple[Entries, ...]:
@@ -130,7 +130,7 @@ def _christoffel(M: Entries, names: tuple[str, ...]) -> tuple[Entries, ...]:
     slope = [[[x.derivative(name) for name in names] for x in row] for row in M]
     return tuple(
         tuple(
-            tuple(simplified(half * (slope[i][j][k] + slope[i][k][j] - slope[j][k][i])) for k in range(n))
+            tuple(simplify(half * (slope[i][j][k] + slope[i][k][j] - slope[j][k][i])) for k in range(n))
             for j in range(n)
         )
         for i in range(n)
@@ -140,7 +140,7 @@ def _christoffel(M: Entries, names: tuple[str, ...]) -> tuple[Entries, ...]:
 def _quadratic(A: Entries, x: Row, *, half: bool = True) -> Polynomial:
     """X' A x, halved for energies."""
     total = _sum(a * x[i] * x[j] for i, row in enumerate(A) for j, a in enumerate(row))
-    return simplified(constant(0.5) * total) if half else total
+    return simplify(constant(0.5) * total) if half else total
 
 
 def _sum(terms: Iterable[Polynomial]) -> Polynomial:
@@ -163,7 +163,7 @@ def operations(*formulas: Polynomial) -> tuple[int, int, int, int]:
     for formula in formulas:
         terms += len(formula.terms)
         trigs |= {factor for monomial in formula.terms for factor in monomial if isinstance(factor, Trig)}
-        more = _cost(factored(formula))
+        more = _cost(factor_out(formula))
         sums, products = sums + more[0], products + more[1]
     return terms, sums, products, len(trigs)
 

@@ -14,7 +14,7 @@ from mafsil.derivation.expression import (
     signed_angles,
     with_letters,
 )
-from mafsil.derivation.factored import Part, factored
+from mafsil.derivation.factored import Part, factor_out
 from mafsil.derivation.grouping import powers
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
@@ -75,7 +75,7 @@ def to_latex(derivation: Derivation, language: str | None = None) -> str:
 
 def formula(polynomial: Polynomial) -> str:
     """One formula, common factors in front of brackets."""
-    return _sum(factored(polynomial))
+    return _sum(factor_out(polynomial))
 
 
 def sentence(text: str, code: str) -> str:

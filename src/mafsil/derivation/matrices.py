@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.derivation.polynomial import Angle, Polynomial, Values, constant, simplified, trig
+from mafsil.derivation.polynomial import Angle, Polynomial, Values, constant, simplify, trig
 from mafsil.derivation.tolerances import ROUNDOFF
 
 Row: TypeAlias = tuple[Polynomial, ...]
@@ -75,27 +75,27 @@ def dot(x: Row, y: Row) -> Polynomial:
     total = ZERO
     for one, two in zip(x, y, strict=True):
         total = total + one * two
-    return simplified(total)
+    return simplify(total)
 
 
 def cross(x: Row, y: Row) -> Row:
     """Vector product, simplified."""
-    return tuple(simplified(x[i] * y[j] - x[j] * y[i]) for i, j in ((1, 2), (2, 0), (0, 1)))
+    return tuple(simplify(x[i] * y[j] - x[j] * y[i]) for i, j in ((1, 2), (2, 0), (0, 1)))
 
 
 def plus(x: Row, y: Row) -> Row:
     """X + y, simplified."""
-    return tuple(simplified(one + two) for one, two in zip(x, y, strict=True))
+    return tuple(simplify(one + two) for one, two in zip(x, y, strict=True))
 
 
 def minus(x: Row, y: Row) -> Row:
     """X - y, simplified."""
-    return tuple(simplified(one - two) for one, two in zip(x, y, strict=True))
+    return tuple(simplify(one - two) for one, two in zip(x, y, strict=True))
 
 
-def scaled(number: Polynomial, x: Row) -> Row:
+def scale_row(number: Polynomial, x: Row) -> Row:
     """A multiple of x, simplified."""
-    return tuple(simplified(number * one) for one in x)
+    return tuple(simplify(number * one) for one in x)
 
 
 def evaluate(A: Entries, values: Values, count: int) -> Floats:

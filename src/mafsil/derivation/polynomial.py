@@ -51,7 +51,7 @@ class Polynomial:
     terms: Mapping[Monomial, float]
 
     def __add__(self, other: Polynomial) -> Polynomial:
-        return collected([*self.terms.items(), *other.terms.items()])
+        return collect_terms([*self.terms.items(), *other.terms.items()])
 
     def __neg__(self) -> Polynomial:
         return Polynomial({monomial: -number for monomial, number in self.terms.items()})
@@ -60,7 +60,7 @@ class Polynomial:
         return self + (-other)
 
     def __mul__(self, other: Polynomial) -> Polynomial:
-        return collected(
+        return collect_terms(
             (tuple(sorted(one + two, key=rank)), x * y)
             for one, x in self.terms.items()
             for two, y in other.terms.items()
@@ -99,11 +99,11 @@ class Polynomial:
             rest.remove(trigs[0])
             rest.remove(trigs[1])
             waiting += (Polynomial({tuple(rest): number}) * _trigs_multiplied(trigs[0], trigs[1])).terms.items()
-        return collected(done)
+        return collect_terms(done)
 
     def derivative(self, name: str) -> Polynomial:
         """With respect to the angle or symbol of that name."""
-        return collected(
+        return collect_terms(
             (rest, number * outer)
             for monomial, number in self.terms.items()
             for k, factor in enumerate(monomial)
@@ -112,7 +112,7 @@ class Polynomial:
         )
 
 
-def collected(terms: Iterable[tuple[Monomial, float]]) -> Polynomial:
+def collect_terms(terms: Iterable[tuple[Monomial, float]]) -> Polynomial:
     """The sum of terms, like ones together, roundoff removed."""
     total: dict[Monomial, float] = {}
     for monomial, number in terms:
@@ -122,7 +122,7 @@ def collected(terms: Iterable[tuple[Monomial, float]]) -> Polynomial:
 
 def constant(number: float) -> Polynomial:
     """A number."""
-    return collected([((), number)])
+    return collect_terms([((), number)])
 
 
 def symbol(name: str, joint: int = 0) -> Polynomial:
@@ -172,7 +172,7 @@ def rank(factor: Factor) -> tuple[object, ...]:
     return (3, tuple(_natural(name) for name, _ in factor.angle), tuple(k for _, k in factor.angle), factor.sine)
 
 
-def simplified(polynomial: Polynomial) -> Polynomial:
+def simplify(polynomial: Polynomial) -> Polynomial:
     """The shortest form that Pythagoras and the addition theorems give.
 
     Args:
@@ -222,7 +222,7 @@ def _without_square(polynomial: Polynomial, square: Trig) -> Polynomial:
         rest.remove(square)
         rest.remove(square)
         terms += [(tuple(rest), number), (tuple(sorted([*rest, other, other], key=rank)), -number)]
-    return collected(terms)
+    return collect_terms(terms)
 
 
 def _product_to_sum(polynomial: Polynomial, one: Angle, two: Angle) -> Polynomial:

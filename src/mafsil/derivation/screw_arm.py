@@ -20,7 +20,7 @@ from mafsil.derivation.matrices import (
     numbers,
     plus,
     product,
-    scaled,
+    scale_row,
     transform,
 )
 from mafsil.derivation.polynomial import Angle, Polynomial, angle_sum, constant, symbol, trig
@@ -84,7 +84,7 @@ class ScrewArm:
         if not joint.turns:
             return (ZERO, ZERO, ZERO, *w)
         r = plus(pose.p, transform(pose.R, joint.point))
-        return (*w, *plus(cross(r, w), scaled(joint.pitch, w)))
+        return (*w, *plus(cross(r, w), scale_row(joint.pitch, w)))
 
     def exponential(self, index: int) -> SymbolicPose:
         """E = exp([S] q)."""
@@ -107,7 +107,7 @@ class ScrewArm:
             joint, name = self.joints[index], index + 1
             w = transform(pose.R, _row(joint.direction))
             if not joint.turns:
-                pose = SymbolicPose(pose.R, plus(pose.p, scaled(symbol(f"q{name}", name), w)))
+                pose = SymbolicPose(pose.R, plus(pose.p, scale_row(symbol(f"q{name}", name), w)))
                 yield pose
                 continue
             sense = 0 if axis is None else _sense(axis, joint.direction)
@@ -119,7 +119,7 @@ class ScrewArm:
             R = product(before, _turn(axis, angle))
             p = plus(pose.p, minus(transform(pose.R, joint.point), transform(R, joint.point)))
             if not joint.pitch.is_zero:
-                p = plus(p, scaled(joint.pitch * symbol(f"theta{name}", name), w))
+                p = plus(p, scale_row(joint.pitch * symbol(f"theta{name}", name), w))
             pose = SymbolicPose(R, p)
             yield pose
 

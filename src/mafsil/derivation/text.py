@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
 from mafsil.derivation.expression import Expression, factor_glyph, glyph, number_text, signed_angles, superscript
-from mafsil.derivation.factored import Part, factored
+from mafsil.derivation.factored import Part, factor_out
 from mafsil.derivation.grouping import powers
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
@@ -61,7 +61,7 @@ def step_sentence(step: Step, language: str | None = None) -> str:
 
 def formula(polynomial: Polynomial) -> str:
     """c1 (a2 c2 + a3 c23) − d3 s1."""
-    return sum_text(factored(polynomial))
+    return sum_text(factor_out(polynomial))
 
 
 def sum_text(parts: tuple[Part, ...]) -> str:

@@ -8,7 +8,7 @@ from mafsil.arrays import Floats
 from mafsil.derivation.arm import SymbolicArm
 from mafsil.derivation.document import Factors, Line, Product, Side, is_matrix
 from mafsil.derivation.factored import evaluate as evaluate_factored
-from mafsil.derivation.factored import factored
+from mafsil.derivation.factored import factor_out
 from mafsil.derivation.matrices import Entries
 from mafsil.derivation.polynomial import Polynomial
 from mafsil.derivation.tolerances import LIMIT
@@ -81,7 +81,7 @@ class Judge:
 
     def number(self, formula: Polynomial) -> Floats:
         """(states,) values of a formula in the form in which it is printed."""
-        return np.broadcast_to(evaluate_factored(factored(formula), self.values), (STATES,))
+        return np.broadcast_to(evaluate_factored(factor_out(formula), self.values), (STATES,))
 
     def matrix(self, entries: Entries) -> Floats:
         """(states, rows, columns) values of a matrix."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from mafsil.errors import OperandError
 from mafsil.expression import arithmetic, elementary
-from mafsil.expression.graph import ordered, symbols_of
+from mafsil.expression.graph import symbols_of, topological_order
 from mafsil.expression.matrix import Expression, matrix
 from mafsil.expression.node import LEAF, MINUS_ONE, ONE, TWO, ZERO, Node, binary, unary
 
@@ -75,7 +75,7 @@ class _Graph:
         self.active: list[Node] = []
         self.slopes: dict[int, Slopes] = {}
         depends = self.depends
-        for node in ordered(results):
+        for node in topological_order(results):
             mask = depends.get(id(node.a), 0) | depends.get(id(node.b), 0)
             if mask and node.a is not LEAF:
                 depends[id(node)] = mask

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mafsil.errors import OperandError
 from mafsil.expression.graph import cse as shared
-from mafsil.expression.graph import ordered, rebuilt, symbols_of, values
+from mafsil.expression.graph import rebuilt, symbols_of, topological_order, values
 from mafsil.expression.matrix import Convertible, Expression, expression, matrix
 from mafsil.expression.node import CONSTANT, SYMBOL, Node, Symbol, constant
 
@@ -49,7 +49,7 @@ class Function:
         self.outputs = tuple(shared(list(outputs)) if cse else outputs)
         self.input_names = tuple(input_names or (f"i{k}" for k in range(len(self.inputs))))
         self.output_names = tuple(output_names or (f"o{k}" for k in range(len(self.outputs))))
-        self.order = ordered(node for output in self.outputs for node in output.entries)
+        self.order = topological_order(node for output in self.outputs for node in output.entries)
         self.symbols = symbols_of(self.inputs)
         known = {id(symbol) for symbol in self.symbols}
         for node in self.order:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mafsil.errors import OperandError
 from mafsil.expression import arithmetic, elementary
-from mafsil.expression.matrix import Convertible, Expression, combined, elementwise, expression, matrix
+from mafsil.expression.matrix import Convertible, Expression, combine, elementwise, expression, matrix
 from mafsil.expression.node import MINUS_ONE, ONE, ZERO, Node
 
 
@@ -87,53 +87,53 @@ def logic_not(x: Convertible) -> Expression:
 
 def logic_and(x: Convertible, y: Convertible) -> Expression:
     """1 where neither is zero, else 0."""
-    return combined(elementary.BINARY["and"], x, y, "and")
+    return combine(elementary.BINARY["and"], x, y, "and")
 
 
 def logic_or(x: Convertible, y: Convertible) -> Expression:
     """0 where both are zero, else 1."""
-    return combined(elementary.BINARY["or"], x, y, "or")
+    return combine(elementary.BINARY["or"], x, y, "or")
 
 
 def equal(x: Convertible, y: Convertible) -> Expression:
     """1 where x = y, else 0."""
-    return combined(elementary.eq, x, y, "=")
+    return combine(elementary.eq, x, y, "=")
 
 
 def unequal(x: Convertible, y: Convertible) -> Expression:
     """0 where x = y, else 1."""
-    return combined(elementary.ne, x, y, "=")
+    return combine(elementary.ne, x, y, "=")
 
 
 def fmin(x: Convertible, y: Convertible) -> Expression:
     """The lesser of both; the other one where one is NaN."""
-    return combined(elementary.fmin, x, y, "fmin")
+    return combine(elementary.fmin, x, y, "fmin")
 
 
 def fmax(x: Convertible, y: Convertible) -> Expression:
     """The greater of both; the other one where one is NaN."""
-    return combined(elementary.fmax, x, y, "fmax")
+    return combine(elementary.fmax, x, y, "fmax")
 
 
 def atan2(y: Convertible, x: Convertible) -> Expression:
     """Angle of the point (x, y) in [-pi, pi]."""
-    return combined(elementary.BINARY["atan2"], y, x, "atan2")
+    return combine(elementary.BINARY["atan2"], y, x, "atan2")
 
 
 def copysign(x: Convertible, y: Convertible) -> Expression:
     """Magnitude of x with the sign of y."""
-    return combined(elementary.BINARY["copysign"], x, y, "copysign")
+    return combine(elementary.BINARY["copysign"], x, y, "copysign")
 
 
 def power(x: Convertible, y: Convertible) -> Expression:
     """x to the power of y; whole powers up to 100 as products."""
-    return combined(elementary.power, x, y, "**")
+    return combine(elementary.power, x, y, "**")
 
 
 def if_else(condition: Convertible, x: Convertible, y: Convertible) -> Expression:
     """x where the condition is not zero, else y; NaN of the side not taken does not pass."""
-    taken = combined(arithmetic.if_else_zero, condition, x, "if")
-    return taken + combined(arithmetic.if_else_zero, logic_not(condition), y, "else")
+    taken = combine(arithmetic.if_else_zero, condition, x, "if")
+    return taken + combine(arithmetic.if_else_zero, logic_not(condition), y, "else")
 
 
 def zeros(rows: int, columns: int = 1) -> Expression:

@@ -11,7 +11,7 @@ from mafsil.expression.matrix import Expression, matrix
 from mafsil.expression.node import CONSTANT, FOLDS, LEAF, SYMBOL, Node, Symbol, constant
 
 
-def ordered(roots: Iterable[Node]) -> list[Node]:
+def topological_order(roots: Iterable[Node]) -> list[Node]:
     """All nodes under the roots, operands before what needs them, each once; depth first, first operands first."""
     order: list[Node] = []
     seen = {id(LEAF)}
@@ -34,7 +34,7 @@ def ordered(roots: Iterable[Node]) -> list[Node]:
 
 def symvar(x: Expression) -> list[Expression]:
     """The symbols that x depends on, each as a scalar, in the order of computation."""
-    return [matrix(1, 1, [node]) for node in ordered(x.entries) if node.op == SYMBOL]
+    return [matrix(1, 1, [node]) for node in topological_order(x.entries) if node.op == SYMBOL]
 
 
 def symbols_of(xs: Sequence[Expression]) -> list[Symbol]:
@@ -108,7 +108,7 @@ def cse(x: Expression | Sequence[Expression]) -> Expression | list[Expression]:
     """The same with common subexpressions built once."""
     several = _several(x)
     roots = [node for each in several for node in each.entries]
-    order = ordered(roots)
+    order = topological_order(roots)
     known = rebuilt(order, {}, shared=True)
     done = [matrix(each.rows, each.columns, [known[id(node)] for node in each.entries]) for each in several]
     return done[0] if isinstance(x, Expression) else done
@@ -139,7 +139,7 @@ def substitute(
         if before.shape != after.shape:
             raise OperandError("expression.shapes", sign="substitute", left=before.shape, right=after.shape)
         known.update((id(symbol), node) for symbol, node in zip(symbols_of([before]), after.entries, strict=True))
-    rebuilt(ordered(node for each in several for node in each.entries), known)
+    rebuilt(topological_order(node for each in several for node in each.entries), known)
     done = [matrix(each.rows, each.columns, [known[id(node)] for node in each.entries]) for each in several]
     return done[0] if isinstance(x, Expression) else done
 
@@ -173,5 +173,5 @@ def evalf(x: Expression) -> Expression:
     Raises:
         OperandError: a symbol is in it.
     """
-    found = values(ordered(x.entries), {})
+    found = values(topological_order(x.entries), {})
     return matrix(x.rows, x.columns, [constant(found[id(node)]) for node in x.entries])

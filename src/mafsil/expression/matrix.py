@@ -110,31 +110,31 @@ class Expression:
         return range(row, row + 1), range(column, column + 1)
 
     def __add__(self, other: Convertible) -> Expression:
-        return combined(arithmetic.add, self, other, "+")
+        return combine(arithmetic.add, self, other, "+")
 
     def __radd__(self, other: Convertible) -> Expression:
-        return combined(arithmetic.add, other, self, "+")
+        return combine(arithmetic.add, other, self, "+")
 
     def __sub__(self, other: Convertible) -> Expression:
-        return combined(arithmetic.sub, self, other, "-")
+        return combine(arithmetic.sub, self, other, "-")
 
     def __rsub__(self, other: Convertible) -> Expression:
-        return combined(arithmetic.sub, other, self, "-")
+        return combine(arithmetic.sub, other, self, "-")
 
     def __mul__(self, other: Convertible) -> Expression:
-        return combined(arithmetic.mul, self, other, "*")
+        return combine(arithmetic.mul, self, other, "*")
 
     def __rmul__(self, other: Convertible) -> Expression:
-        return combined(arithmetic.mul, other, self, "*")
+        return combine(arithmetic.mul, other, self, "*")
 
     def __truediv__(self, other: Convertible) -> Expression:
-        return combined(arithmetic.div, self, other, "/")
+        return combine(arithmetic.div, self, other, "/")
 
     def __rtruediv__(self, other: Convertible) -> Expression:
-        return combined(arithmetic.div, other, self, "/")
+        return combine(arithmetic.div, other, self, "/")
 
     def __pow__(self, other: Convertible) -> Expression:
-        return combined(elementary.power, self, other, "**")
+        return combine(elementary.power, self, other, "**")
 
     def __matmul__(self, other: Convertible) -> Expression:
         return product(self, expression(other))
@@ -152,16 +152,16 @@ class Expression:
         return matrix(self.rows, self.columns, [elementary.fabs(x) for x in self.entries])
 
     def __lt__(self, other: Convertible) -> Expression:
-        return combined(elementary.lt, self, other, "<")
+        return combine(elementary.lt, self, other, "<")
 
     def __le__(self, other: Convertible) -> Expression:
-        return combined(elementary.le, self, other, "<=")
+        return combine(elementary.le, self, other, "<=")
 
     def __gt__(self, other: Convertible) -> Expression:
-        return combined(elementary.lt, other, self, ">")
+        return combine(elementary.lt, other, self, ">")
 
     def __ge__(self, other: Convertible) -> Expression:
-        return combined(elementary.le, other, self, ">=")
+        return combine(elementary.le, other, self, ">=")
 
     def __eq__(self, other: object) -> bool:
         raise OperandError("expression.compared")
@@ -238,7 +238,7 @@ def symbol(name: str, rows: int = 1, columns: int = 1) -> Expression:
     return matrix(rows, columns, [Symbol(name if count == 1 else f"{name}_{k}") for k in range(count)])
 
 
-def combined(rule: Rule, x: Convertible, y: Convertible, sign: str) -> Expression:
+def combine(rule: Rule, x: Convertible, y: Convertible, sign: str) -> Expression:
     """An operation of two operands, element by element; a scalar spreads.
 
     Raises:
@@ -270,7 +270,7 @@ def product(x: Expression, y: Expression) -> Expression:
         OperandError: the inner sizes differ.
     """
     if len(x.entries) == 1 or len(y.entries) == 1:
-        return combined(arithmetic.mul, x, y, "@")
+        return combine(arithmetic.mul, x, y, "@")
     if x.columns != y.rows:
         raise _mismatch("@", x.shape, y.shape)
     m = x.rows

@@ -16,7 +16,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.figures.picture_file import picture_file
 from mafsil.grasp import Closure, Contact, Grasp, GraspedBody, GraspPlan
-from mafsil.grasp.displacement import free_twists, moved
+from mafsil.grasp.displacement import displaced_pose, free_twists
 from mafsil.grasp.quality import hull_facets
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -131,7 +131,7 @@ def _free_motion(axes: Any, grasp: Grasp, twist: Floats, size: float, outline: F
     """The body (or its contact points) a little later along a motion that leaves every finger outside."""
     corners = np.array([c.point for c in grasp.contacts]) if outline is None else outline
     for step in (0.06 * size, 0.03 * size):
-        pose = moved(grasp, twist, step)
+        pose = displaced_pose(grasp, twist, step)
         if pose is not None:
             axes.fill(
                 *(corners @ pose[:2, :2].T + pose[:2, 2]).T,
@@ -253,7 +253,7 @@ def _cone(axes: Any, contact: Contact, height: float) -> None:
 FRAMES = 24
 """Of one motion."""
 REACH = 0.08
-"""How far the body is moved, as a share of its size."""
+"""How far the body is displaced_pose, as a share of its size."""
 _MOVED = "#2e8b57"
 
 
@@ -278,12 +278,12 @@ def save_free_motions(grasp: Grasp, path: str | PathLike[str], *, outline: Float
 
     corners = np.array([c.point for c in grasp.contacts]) if outline is None else outline
     figure = draw_grasp(grasp, grasp.closure(margins=False), outline)
-    moved: Any = figure.axes[0].fill(*corners.T, facecolor="none", edgecolor=_MOVED, linewidth=2.0)[0]
+    displaced_pose: Any = figure.axes[0].fill(*corners.T, facecolor="none", edgecolor=_MOVED, linewidth=2.0)[0]
     places = [_place(grasp, corners, y, t) for y, both in paths for t in _swing(both)]
 
     def show(frame: int) -> tuple[Any, ...]:
-        moved.set_xy(places[frame])
-        return (moved,)
+        displaced_pose.set_xy(places[frame])
+        return (displaced_pose,)
 
     FuncAnimation(figure, show, frames=len(places), blit=False).save(path, writer=PillowWriter(fps=16), dpi=80)
 
@@ -295,9 +295,9 @@ def _swing(both_ways: bool) -> Floats:
 
 
 def _place(grasp: Grasp, corners: Floats, twist: Floats, share: float) -> Floats:
-    """Corners moved along a plane twist by a share of the reach; at rest where a finger would be inside."""
+    """Corners displaced_pose along a plane twist by a share of the reach; at rest where a finger would be inside."""
     size = float(np.ptp(corners, axis=0).max()) or 1.0
-    pose = moved(grasp, np.sign(share) * twist, abs(share) * REACH * size)
+    pose = displaced_pose(grasp, np.sign(share) * twist, abs(share) * REACH * size)
     return corners if pose is None else corners @ pose[:2, :2].T + pose[:2, 2]
 
 

@@ -19,7 +19,7 @@ from mafsil.figures.performance_sheet import FORCE, INK, SHELL, SOFT, VELOCITY, 
 from mafsil.figures.picture_file import picture_file
 from mafsil.geometry import rotation
 from mafsil.ik import RootRecord, find_root
-from mafsil.ik.structure.subproblems import Angles, distances, projected, two_axes
+from mafsil.ik.structure.subproblems import Angles, distances, project_off_axis, two_axes
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.model.placement import frame_along
@@ -107,7 +107,7 @@ def plot_distance_construction(w: ArrayLike, r: ArrayLike, p: ArrayLike, c: floa
     axis, place, point = single("w", w, (3,)), single("r", r, (3,)), single("p", p, (3,))
     found = distances(axis, place, point, c)
     across = frame_along(axis)[:, :2].T
-    centre, arm = across @ projected(axis, place), across @ projected(axis, point - place)
+    centre, arm = across @ project_off_axis(axis, place), across @ project_off_axis(axis, point - place)
     square = float(c) ** 2 - float(point @ axis) ** 2
     turned = [centre + _turn(float(q)) @ arm for q in found.solutions(_FOUND * max(1.0, float(np.abs(point).max())))]
     save(_circles(centre, arm, square, np.reshape(turned, (-1, 2))), path)

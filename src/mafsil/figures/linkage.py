@@ -13,7 +13,7 @@ from mafsil.figures.picture_file import picture_file
 from mafsil.messages import in_line
 from mafsil.messages.visible import visible
 from mafsil.mobility import Linkage, Mobility, mobility, torus, trace_motion
-from mafsil.mobility.linkages import Kind, LinkageJoint, body_poses, closed_near
+from mafsil.mobility.linkages import Kind, LinkageJoint, body_poses, close_loops_near
 from mafsil.mobility.linkages.loop_closure import units
 from mafsil.mobility.spaces.motion_group import cross
 
@@ -134,7 +134,7 @@ def _along_the_motion(linkage: Linkage, found: Mobility) -> list[Floats]:
         reach = min(len(curve.theta) - 1, 12)
         return [curve.theta[k] for k in np.linspace(0, reach, GHOSTS).astype(int)[1:]]
     rates = found.instantaneous.rates[:, 0] * units(linkage)
-    steps = closed_near(linkage, 0.12 * np.arange(1, 3)[:, None] * rates)
+    steps = close_loops_near(linkage, 0.12 * np.arange(1, 3)[:, None] * rates)
     return list(steps.theta[steps.closed])
 
 
@@ -246,11 +246,11 @@ def draw_torus(curves: Sequence[Floats], names: tuple[str, str] = ("a", "b")) ->
     solid: Any = figure.add_axes((0.0, 0.0, 0.52, 1.0), projection="3d", computed_zorder=False)
     square: Any = figure.add_axes((0.6, 0.14, 0.36, 0.76))
     a, b = np.meshgrid(np.linspace(0, 2 * np.pi, 73), np.linspace(0, 2 * np.pi, 37))
-    X = torus.embedded(np.stack([a, b], axis=-1))
+    X = torus.embed_in_space(np.stack([a, b], axis=-1))
     solid.plot_surface(*np.moveaxis(X, -1, 0), color="#e8ecef", edgecolor="#d4dade", linewidth=0.3, alpha=0.55)
     for k, curve in enumerate(curves):
         colour = _CURVES[k % len(_CURVES)]
-        X, near = lifted(curve), facing(curve, VIEW)
+        X, near = lift_off_torus(curve), facing(curve, VIEW)
         for width, style, seen in ((0.9, ":", ~near), (2.2, "-", near)):
             solid.plot(*np.where(seen[:, None], X, np.nan).T, color=colour, linewidth=width, linestyle=style, zorder=3)
         for piece in torus.cut_at_seams(curve):
@@ -265,11 +265,11 @@ def draw_torus(curves: Sequence[Floats], names: tuple[str, str] = ("a", "b")) ->
     return figure
 
 
-def lifted(curve: Floats, height: float = 0.02) -> Floats:
+def lift_off_torus(curve: Floats, height: float = 0.02) -> Floats:
     """(k, 3) a curve a little above the torus, so that the surface does not hide it."""
-    X = torus.embedded(curve)
-    a = torus.embedded(curve + np.array([1e-6, 0.0])) - X
-    b = torus.embedded(curve + np.array([0.0, 1e-6])) - X
+    X = torus.embed_in_space(curve)
+    a = torus.embed_in_space(curve + np.array([1e-6, 0.0])) - X
+    b = torus.embed_in_space(curve + np.array([0.0, 1e-6])) - X
     n = cross(a, b)
     return X + height * n / np.linalg.norm(n, axis=-1, keepdims=True)
 
@@ -278,5 +278,5 @@ def facing(curve: Floats, view: tuple[float, float]) -> np.ndarray[tuple[int], n
     """(k,) where the surface under a curve is turned towards an eye at elevation and azimuth [degrees]."""
     up, round_axis = np.radians(view)
     eye = np.array([np.cos(up) * np.cos(round_axis), np.cos(up) * np.sin(round_axis), np.sin(up)])
-    outward = lifted(curve, 1.0) - torus.embedded(curve)
+    outward = lift_off_torus(curve, 1.0) - torus.embed_in_space(curve)
     return np.asarray(outward @ eye > 0, dtype=np.bool_)

@@ -15,7 +15,7 @@ from mafsil.messages import in_line
 from mafsil.messages.visible import visible
 from mafsil.mobility import Linkage, Mobility, mobility, trace_motion
 from mafsil.mobility.instantaneous import null_space
-from mafsil.mobility.linkages import body_poses, closed_near
+from mafsil.mobility.linkages import body_poses, close_loops_near
 from mafsil.mobility.linkages.loop_closure import loop_matrix, units
 
 FRAMES = 60
@@ -114,7 +114,7 @@ def _follow(linkage: Linkage, rate: Floats, steps: int) -> Floats:
     here, along = np.zeros(linkage.coordinates), rate / float(np.linalg.norm(rate))
     path = [here]
     for _ in range(steps):
-        moved = closed_near(linkage, here + step * along * scale)
+        moved = close_loops_near(linkage, here + step * along * scale)
         if not moved or float(np.linalg.norm((moved.theta - here) / scale)) > 2.0 * step:
             break
         here = moved.theta

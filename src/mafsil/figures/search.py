@@ -41,7 +41,7 @@ def plot_search(
     A problem of two coordinates is drawn over its free configurations; an arm by its tip seen from above.
 
     Args:
-        log: of `mafsil.planning.watch`.
+        log: of `mafsil.planning.log_search`.
         path: .svg; any browser plays it.
         show: (k, n) configurations -> (k, 2) places in the picture; None for the above.
         seconds: that the search takes in the picture.

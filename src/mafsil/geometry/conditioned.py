@@ -116,7 +116,7 @@ def _condition(
     return Conditioned(source, inputs, outputs, *constants, conditions=conditions)
 
 
-def compiled(source: str, *constants: object) -> Callable[[Function], Function]:
+def compile_function(source: str, *constants: object) -> Callable[[Function], Function]:
     """The array function that a signature describes; its attribute `declared` is the compiled expression.
 
     Args:

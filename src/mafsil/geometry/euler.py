@@ -28,7 +28,7 @@ from mafsil.arrays import (
     real_array,
 )
 from mafsil.errors import InputError
-from mafsil.geometry.conditioned import AxisTripleLike, Conditioned, RotationLike, Vector3Like, compiled
+from mafsil.geometry.conditioned import AxisTripleLike, Conditioned, RotationLike, Vector3Like, compile_function
 from mafsil.geometry.declared import Declared
 from mafsil.geometry.tolerances import ROUNDOFF, SPECIAL
 
@@ -92,7 +92,7 @@ def quaternion_from_euler(angles: ArrayLike, sequence: str) -> Quaternion:
     return _kernels(sequence).quaternion.at(angles)
 
 
-@compiled("euler.davenport_matrix")
+@compile_function("euler.davenport_matrix")
 def from_davenport(angles: Vector3Like, axes: AxisTripleLike) -> RotationMatrix:
     """Rotation by three angles about general axes: R = Rot(n1, a) Rot(n2, b) Rot(n3, c).
 
@@ -111,7 +111,7 @@ def from_davenport(angles: Vector3Like, axes: AxisTripleLike) -> RotationMatrix:
     ...
 
 
-@compiled("euler.davenport_angles")
+@compile_function("euler.davenport_angles")
 def to_davenport(R: RotationLike, axes: AxisTripleLike) -> TwoTriples:
     """Both angle triples (*batch, 2, 3) [rad] of rotations (*batch, 3, 3) about general axes; see `from_davenport`."""
     ...
@@ -250,7 +250,7 @@ def sequence_named(name: str) -> EulerSequence:
     return SEQUENCES[name]
 
 
-@compiled("euler.gimbal_distance")
+@compile_function("euler.gimbal_distance")
 def _gimbal_distance(R: RotationLike, axes: AxisTripleLike) -> Scalar: ...
 
 

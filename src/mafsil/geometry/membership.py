@@ -91,13 +91,13 @@ def require(kind: str, name: str, value: ArrayLike, tolerance: float | None = No
         InputError: names the first row that is not, its distance, the limit and the likely cause.
 
     Warns:
-        InputWarning: as `mended`.
+        InputWarning: as `snap_to_kind`.
     """
     array = as_batch(name, value, CORES[kind])
     limit = LIMITS[kind] if tolerance is None else tolerance
     distance = np.asarray(measure(kind, array))
     if (distance > limit).any():
-        better = mended(kind, name, array) if tolerance is None else array
+        better = snap_to_kind(kind, name, array) if tolerance is None else array
         if better is not array:
             return require(kind, name, better)
         index = tuple(int(i) for i in np.argwhere(distance > limit)[0])
@@ -106,7 +106,7 @@ def require(kind: str, name: str, value: ArrayLike, tolerance: float | None = No
     return array
 
 
-def mended(kind: str, name: str, array: Floats) -> Floats:
+def snap_to_kind(kind: str, name: str, array: Floats) -> Floats:
     """The array, with rows of three to five printed digits replaced by the nearest members of their kind.
 
     Args:

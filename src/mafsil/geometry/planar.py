@@ -30,20 +30,20 @@ from mafsil.geometry.conditioned import (
     ScalarLike,
     Vector2Like,
     Vector3Like,
-    compiled,
+    compile_function,
 )
 from mafsil.geometry.euler import wrap_positive
 
 
-@compiled("planar.angle")
+@compile_function("planar.angle")
 def _angle(R: PlanarRotationLike) -> Scalar: ...
 
 
-@compiled("planar.coordinates")
+@compile_function("planar.coordinates")
 def _coordinates(T: PlanarPoseLike) -> Vector3: ...
 
 
-@compiled("planar.rotation")
+@compile_function("planar.rotation")
 def rotation(theta: ScalarLike) -> PlanarRotation:
     """(*batch, 2, 2) [[cos, -sin], [sin, cos]] of (*batch) angles [rad]."""
     ...
@@ -54,7 +54,7 @@ def angle(R: ArrayLike) -> Scalar:
     return wrap_positive(_angle(R))
 
 
-@compiled("planar.pose")
+@compile_function("planar.pose")
 def pose(theta: ScalarLike, p: Vector2Like) -> PlanarPose:
     """(*batch, 3, 3) planar pose of an angle (*batch) [rad] and an origin (*batch, 2) [m]."""
     ...
@@ -67,13 +67,13 @@ def coordinates(T: ArrayLike) -> Vector3:
     return x
 
 
-@compiled("planar.inverse")
+@compile_function("planar.inverse")
 def inverse(T: PlanarPoseLike) -> PlanarPose:
     """(*batch, 3, 3) T^-1 = (R', -R'p)."""
     ...
 
 
-@compiled("planar.compose")
+@compile_function("planar.compose")
 def compose(T_ab: PlanarPoseLike, T_bc: PlanarPoseLike) -> PlanarPose:
     """(*batch, 3, 3) T_ac = (PQ, p + P q)."""
     ...
@@ -84,19 +84,19 @@ def displacement(T_sb: ArrayLike, T_sc: ArrayLike) -> PlanarPose:
     return compose(T_sc, inverse(T_sb))
 
 
-@compiled("planar.exp")
+@compile_function("planar.exp")
 def exp(V: PlanarCoordinatesLike) -> PlanarPose:
     """(*batch, 3, 3) displacement of planar exponential coordinates (omega, v_x, v_y) (*batch, 3) [rad, m]."""
     ...
 
 
-@compiled("planar.log")
+@compile_function("planar.log")
 def log(T: PlanarPoseLike) -> Vector3:
     """(*batch, 3) planar exponential coordinates (omega in (-pi, pi], v_x, v_y) of displacements (*batch, 3, 3)."""
     ...
 
 
-@compiled("planar.pole")
+@compile_function("planar.pole")
 def pole(T: PlanarPoseLike) -> Vector3:
     """The point that a planar displacement keeps, in homogeneous coordinates.
 
@@ -141,37 +141,37 @@ def screw(T: ArrayLike) -> tuple[Scalar, Scalar, Vector2]:
     return omega, amount, V[..., 1:] / np.where(amount > 0, amount, 1.0)[..., None]
 
 
-@compiled("planar.about_pole")
+@compile_function("planar.about_pole")
 def about_pole(psi: ScalarLike, point: Vector2Like) -> PlanarPose:
     """(*batch, 3, 3) displacement by an angle (*batch) [rad] about a point (*batch, 2) [m]."""
     ...
 
 
-@compiled("planar.twist_of_pole")
+@compile_function("planar.twist_of_pole")
 def twist_of_pole(omega: ScalarLike, point: Vector2Like) -> Vector3:
     """(*batch, 3) omega (1, q_y, -q_x): rotation at a rate (*batch) about a point (*batch, 2)."""
     ...
 
 
-@compiled("planar.adjoint")
+@compile_function("planar.adjoint")
 def adjoint(T_ab: PlanarPoseLike) -> Matrix3:
     """(*batch, 3, 3) with V_a = Ad(T_ab) V_b for planar twists."""
     ...
 
 
-@compiled("planar.spatial_rotation")
+@compile_function("planar.spatial_rotation")
 def to_spatial_rotation(R: PlanarRotationLike) -> RotationMatrix:
     """(*batch, 3, 3) the planar rotation (*batch, 2, 2) as a rotation about z."""
     ...
 
 
-@compiled("planar.spatial_pose")
+@compile_function("planar.spatial_pose")
 def to_spatial_pose(T: PlanarPoseLike) -> PoseMatrix:
     """(*batch, 4, 4) the planar pose (*batch, 3, 3) in the x-y plane of space."""
     ...
 
 
-@compiled("planar.spatial_twist")
+@compile_function("planar.spatial_twist")
 def to_spatial_twist(V: Vector3Like) -> Vector6:
     """(*batch, 6) (0, 0, omega, v_x, v_y, 0): a screw parallel to z without pitch."""
     ...

@@ -20,11 +20,11 @@ from mafsil.geometry.conditioned import (
     ScalarLike,
     Vector3Like,
     Vector6Like,
-    compiled,
+    compile_function,
 )
 
 
-@compiled("se3.exp")
+@compile_function("se3.exp")
 def exp(V: ExponentialCoordinatesLike) -> PoseMatrix:
     """Displacement of exponential coordinates V = (omega, v): T = (exp(omega), J(omega) v).
 
@@ -39,7 +39,7 @@ def exp(V: ExponentialCoordinatesLike) -> PoseMatrix:
     ...
 
 
-@compiled("se3.log")
+@compile_function("se3.log")
 def log(T: PoseLike) -> Vector6:
     """Exponential coordinates V = (omega, v) of a displacement, |omega| in [0, pi].
 
@@ -55,19 +55,19 @@ def log(T: PoseLike) -> Vector6:
     ...
 
 
-@compiled("se3.inverse")
+@compile_function("se3.inverse")
 def inverse(T: PoseLike) -> PoseMatrix:
     """(*batch, 4, 4) T_ab^-1 = T_ba = (R', -R'p)."""
     ...
 
 
-@compiled("se3.compose")
+@compile_function("se3.compose")
 def compose(T_ab: PoseLike, T_bc: PoseLike) -> PoseMatrix:
     """(*batch, 4, 4) T_ac = T_ab T_bc."""
     ...
 
 
-@compiled("se3.pose")
+@compile_function("se3.pose")
 def from_rotation_translation(R: RotationLike, p: Vector3Like) -> PoseMatrix:
     """(*batch, 4, 4) pose of a rotation (*batch, 3, 3) and an origin (*batch, 3) [m].
 
@@ -92,7 +92,7 @@ def translation_of(T: ArrayLike) -> Vector3:
     return as_batch("T", T, (4, 4))[..., :3, 3]
 
 
-@compiled("se3.act")
+@compile_function("se3.act")
 def act(T: PoseLike, x: Vector3Like) -> Vector3:
     """R x + p: a point x_b seen from {a} (T = T_ab), or a point displaced by T.
 
@@ -106,13 +106,13 @@ def act(T: PoseLike, x: Vector3Like) -> Vector3:
     ...
 
 
-@compiled("se3.adjoint")
+@compile_function("se3.adjoint")
 def adjoint(T: PoseLike) -> Matrix6:
     """(*batch, 6, 6) Ad(T) = [[R, 0], [[p] R, R]]: V_a = Ad(T_ab) V_b, F_b = Ad(T_ab)' F_a."""
     ...
 
 
-@compiled("se3.body_error")
+@compile_function("se3.body_error")
 def error(T_sb: PoseLike, T_sd: PoseLike) -> Vector6:
     """Body twist that takes {b} to {d} in unit time: log(T_sb^-1 T_sd), in {b}.
 
@@ -126,7 +126,7 @@ def error(T_sb: PoseLike, T_sd: PoseLike) -> Vector6:
     ...
 
 
-@compiled("se3.space_error")
+@compile_function("se3.space_error")
 def space_error(T_sb: PoseLike, T_sd: PoseLike) -> Vector6:
     """(*batch, 6) space twist that takes {b} to {d} in unit time: log(T_sd T_sb^-1), in {s}."""
     ...
@@ -137,7 +137,7 @@ def displacement(T_01: ArrayLike, T_02: ArrayLike) -> PoseMatrix:
     return compose(T_02, inverse(T_01))
 
 
-@compiled("se3.left_jacobian")
+@compile_function("se3.left_jacobian")
 def left_jacobian(V: ExponentialCoordinatesLike) -> Matrix6:
     """(*batch, 6, 6) J with V_s = J(V) Vdot for T = exp(V).
 
@@ -146,25 +146,25 @@ def left_jacobian(V: ExponentialCoordinatesLike) -> Matrix6:
     ...
 
 
-@compiled("se3.left_jacobian_inverse")
+@compile_function("se3.left_jacobian_inverse")
 def left_jacobian_inverse(V: ExponentialCoordinatesLike) -> Matrix6:
     """(*batch, 6, 6) J(V)^-1, |omega| < 2 pi."""
     ...
 
 
-@compiled("se3.right_jacobian")
+@compile_function("se3.right_jacobian")
 def right_jacobian(V: ExponentialCoordinatesLike) -> Matrix6:
     """(*batch, 6, 6) J(-V), with V_b = J_r(V) Vdot for T = exp(V)."""
     ...
 
 
-@compiled("se3.right_jacobian_inverse")
+@compile_function("se3.right_jacobian_inverse")
 def right_jacobian_inverse(V: ExponentialCoordinatesLike) -> Matrix6:
     """(*batch, 6, 6) inverse of the right Jacobian, |omega| < 2 pi."""
     ...
 
 
-@compiled("se3.interpolate_screw")
+@compile_function("se3.interpolate_screw")
 def interpolate_screw(T_0: PoseLike, T_1: PoseLike, t: ScalarLike) -> PoseMatrix:
     """T_0 exp(t log(T_0^-1 T_1)): one screw motion from T_0 (t = 0) to T_1 (t = 1).
 
@@ -179,19 +179,19 @@ def interpolate_screw(T_0: PoseLike, T_1: PoseLike, t: ScalarLike) -> PoseMatrix
     ...
 
 
-@compiled("se3.interpolate_decoupled")
+@compile_function("se3.interpolate_decoupled")
 def interpolate_decoupled(T_0: PoseLike, T_1: PoseLike, t: ScalarLike) -> PoseMatrix:
     """(*batch, 4, 4) rotation at constant angular velocity, origin along the straight line; arguments as above."""
     ...
 
 
-@compiled("spatial.hat")
+@compile_function("spatial.hat")
 def hat(V: Vector6Like) -> Matrix4:
     """(*batch, 4, 4) matrix [V] = [[ [omega], v ], [0, 0]] of twists (*batch, 6)."""
     ...
 
 
-@compiled("spatial.vee")
+@compile_function("spatial.vee")
 def vee(M: Matrix4Like) -> Vector6:
     """(*batch, 6) twist of matrices [V] (*batch, 4, 4); of the skew part where the upper left block is not skew."""
     ...

@@ -18,7 +18,7 @@ from mafsil.geometry.conditioned import (
     ScalarLike,
     UnitQuaternionLike,
     Vector3Like,
-    compiled,
+    compile_function,
 )
 from mafsil.geometry.tolerances import ROUNDOFF
 
@@ -26,7 +26,7 @@ EIGHT = Shape("*batch", 8)
 """Real and imaginary parts of a (2, 2) complex matrix, row by row."""
 
 
-@compiled("quaternion.from_matrix")
+@compile_function("quaternion.from_matrix")
 def to_quaternion(R: RotationLike) -> Quaternion:
     """Unit quaternion of a rotation; of q and -q the one with w >= 0 (at half turns: first non-zero number positive).
 
@@ -44,7 +44,7 @@ def to_quaternion(R: RotationLike) -> Quaternion:
     ...
 
 
-@compiled("quaternion.to_matrix")
+@compile_function("quaternion.to_matrix")
 def from_quaternion(q: UnitQuaternionLike) -> RotationMatrix:
     """Rotation of a unit quaternion; q and -q give the same.
 
@@ -60,7 +60,7 @@ def from_quaternion(q: UnitQuaternionLike) -> RotationMatrix:
     ...
 
 
-@compiled("quaternion.normalised")
+@compile_function("quaternion.normalise")
 def normalise_quaternion(q: NonzeroQuaternionLike) -> Quaternion:
     """(*batch, 4) q / |q|, of any length but zero.
 
@@ -70,43 +70,43 @@ def normalise_quaternion(q: NonzeroQuaternionLike) -> Quaternion:
     ...
 
 
-@compiled("quaternion.canonical")
+@compile_function("quaternion.canonical")
 def canonical(q: QuaternionLike) -> Quaternion:
     """(*batch, 4) of q and -q the one whose first non-zero number is positive."""
     ...
 
 
-@compiled("quaternion.multiply")
+@compile_function("quaternion.multiply")
 def multiply(q: UnitQuaternionLike, p: UnitQuaternionLike) -> Quaternion:
     """(*batch, 4) q p of unit quaternions: R(q p) = R(q) R(p)."""
     ...
 
 
-@compiled("quaternion.conjugate")
+@compile_function("quaternion.conjugate")
 def conjugate(q: QuaternionLike) -> Quaternion:
     """(*batch, 4) (w, -x, -y, -z), the inverse of a unit quaternion."""
     ...
 
 
-@compiled("quaternion.rotate")
+@compile_function("quaternion.rotate")
 def rotate(q: UnitQuaternionLike, x: Vector3Like) -> Vector3:
     """(*batch, 3) R(q) x, without forming the matrix."""
     ...
 
 
-@compiled("quaternion.exp")
+@compile_function("quaternion.exp")
 def exp(r: RotationVectorLike) -> Quaternion:
     """(*batch, 4) (cos(theta/2), omega sin(theta/2)) of exponential coordinates r = omega theta (*batch, 3) [rad]."""
     ...
 
 
-@compiled("quaternion.log")
+@compile_function("quaternion.log")
 def log(q: UnitQuaternionLike) -> Vector3:
     """(*batch, 3) exponential coordinates [rad], theta in [0, pi]; the same for q and -q."""
     ...
 
 
-@compiled("quaternion.slerp")
+@compile_function("quaternion.slerp")
 def slerp(p: UnitQuaternionLike, q: UnitQuaternionLike, t: ScalarLike) -> Quaternion:
     """(*batch, 4) p exp(t log(p* q)): constant angular velocity, the short way from p (t = 0) to +-q (t = 1)."""
     ...
@@ -118,11 +118,11 @@ def same_rotation(p: ArrayLike, q: ArrayLike, tolerance: float = ROUNDOFF) -> Tr
     return np.minimum(np.abs(a - b).max(-1), np.abs(a + b).max(-1)) <= tolerance
 
 
-@compiled("quaternion.to_su2")
+@compile_function("quaternion.to_su2")
 def _parts_of_su2(q: UnitQuaternionLike) -> Annotated[Floats, EIGHT]: ...
 
 
-@compiled("quaternion.from_su2")
+@compile_function("quaternion.from_su2")
 def _of_parts_of_su2(parts: Annotated[ArrayLike, EIGHT]) -> tuple[Quaternion, Scalar]: ...
 
 
@@ -148,19 +148,19 @@ def from_su2(U: ArrayLike) -> Quaternion:
     return q
 
 
-@compiled("quaternion.to_gibbs")
+@compile_function("quaternion.to_gibbs")
 def to_gibbs(q: UnitQuaternionLike) -> Vector3:
     """(*batch, 3) Rodrigues (Cayley, Gibbs) parameters omega tan(theta/2); infinite at half turns."""
     ...
 
 
-@compiled("quaternion.from_gibbs")
+@compile_function("quaternion.from_gibbs")
 def from_gibbs(g: Vector3Like) -> Quaternion:
     """(*batch, 4) unit quaternion (1, g) / sqrt(1 + g.g)."""
     ...
 
 
-@compiled("quaternion.to_modified_rodrigues")
+@compile_function("quaternion.to_modified_rodrigues")
 def _to_modified_rodrigues(q: UnitQuaternionLike) -> Vector3: ...
 
 
@@ -169,7 +169,7 @@ def to_modified_rodrigues(q: ArrayLike) -> Vector3:
     return _to_modified_rodrigues(canonical(q))
 
 
-@compiled("quaternion.from_modified_rodrigues")
+@compile_function("quaternion.from_modified_rodrigues")
 def from_modified_rodrigues(m: Vector3Like) -> Quaternion:
     """(*batch, 4) unit quaternion (1 - m.m, 2 m) / (1 + m.m)."""
     ...

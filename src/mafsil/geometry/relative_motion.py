@@ -34,7 +34,7 @@ def body(V_ab: ArrayLike, T_bc: ArrayLike, V_bc: ArrayLike) -> Vector6:
     return twist.transform(pose.inverse(T_bc), V_ab) + as_batch("V_bc", V_bc, (6,))
 
 
-def exchanged(V_space: ArrayLike, V_body: ArrayLike) -> tuple[Vector6, Vector6]:
+def exchange_bodies(V_space: ArrayLike, V_body: ArrayLike) -> tuple[Vector6, Vector6]:
     """Space and body twist of T_ba from those of T_ab: the two bodies change places, and so do the twists.
 
     Args:

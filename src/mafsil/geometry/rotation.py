@@ -21,7 +21,7 @@ from mafsil.geometry.conditioned import (
     RotationVectorLike,
     ScalarLike,
     Vector3Like,
-    compiled,
+    compile_function,
 )
 from mafsil.geometry.euler import from_davenport as from_davenport
 from mafsil.geometry.euler import from_euler as from_euler
@@ -35,7 +35,7 @@ from mafsil.geometry.quaternion import to_quaternion as to_quaternion
 from mafsil.geometry.tolerances import SKEWNESS
 
 
-@compiled("so3.exp")
+@compile_function("so3.exp")
 def exp(r: RotationVectorLike) -> RotationMatrix:
     """Rotation of exponential coordinates: R = I + sin(theta)/theta [r] + (1 - cos(theta))/theta^2 [r]^2.
 
@@ -53,7 +53,7 @@ def exp(r: RotationVectorLike) -> RotationMatrix:
     ...
 
 
-@compiled("so3.log")
+@compile_function("so3.log")
 def log(R: RotationLike) -> Vector3:
     """Principal exponential coordinates r = omega theta of a rotation, theta in [0, pi].
 
@@ -72,19 +72,19 @@ def log(R: RotationLike) -> Vector3:
     ...
 
 
-@compiled("so3.angle")
+@compile_function("so3.angle")
 def angle(R: RotationLike) -> Scalar:
     """(*batch) angle theta in [0, pi] [rad] of a rotation (*batch, 3, 3)."""
     ...
 
 
-@compiled("so3.angle_between")
+@compile_function("so3.angle_between")
 def angle_between(R_0: RotationLike, R_1: RotationLike) -> Scalar:
     """(*batch) angle in [0, pi] [rad] of R_0' R_1, the shortest turn between two rotations (*batch, 3, 3)."""
     ...
 
 
-@compiled("so3.axis_angle")
+@compile_function("so3.axis_angle")
 def from_axis_angle(axis: AxisLike, angle: ScalarLike) -> RotationMatrix:
     """Rotation about an axis by the right-hand rule.
 
@@ -101,31 +101,31 @@ def from_axis_angle(axis: AxisLike, angle: ScalarLike) -> RotationMatrix:
     ...
 
 
-@compiled("so3.to_axis_angle")
+@compile_function("so3.to_axis_angle")
 def to_axis_angle(R: RotationLike) -> tuple[Vector3, Scalar]:
     """Unit axis (*batch, 3) and angle (*batch) in [0, pi] [rad]; the identity has angle 0 and axis x."""
     ...
 
 
-@compiled("euler.elementary_rotation", 0)
+@compile_function("euler.elementary_rotation", 0)
 def rot_x(angle: ScalarLike) -> RotationMatrix:
     """(*batch, 3, 3) rotation about x by (*batch) angles [rad]."""
     ...
 
 
-@compiled("euler.elementary_rotation", 1)
+@compile_function("euler.elementary_rotation", 1)
 def rot_y(angle: ScalarLike) -> RotationMatrix:
     """(*batch, 3, 3) rotation about y by (*batch) angles [rad]."""
     ...
 
 
-@compiled("euler.elementary_rotation", 2)
+@compile_function("euler.elementary_rotation", 2)
 def rot_z(angle: ScalarLike) -> RotationMatrix:
     """(*batch, 3, 3) rotation about z by (*batch) angles [rad]."""
     ...
 
 
-@compiled("so3.slerp")
+@compile_function("so3.slerp")
 def slerp(R_0: RotationLike, R_1: RotationLike, t: ScalarLike) -> RotationMatrix:
     """R_0 exp(t log(R_0' R_1)): from R_0 (t = 0) to R_1 (t = 1) at constant angular velocity, the short way.
 
@@ -140,7 +140,7 @@ def slerp(R_0: RotationLike, R_1: RotationLike, t: ScalarLike) -> RotationMatrix
     ...
 
 
-@compiled("so3.project")
+@compile_function("so3.project")
 def project(M: Matrix3Like) -> RotationMatrix:
     """The rotation nearest to a matrix in the Frobenius norm; never done unless asked for here.
 
@@ -155,7 +155,7 @@ def project(M: Matrix3Like) -> RotationMatrix:
     ...
 
 
-@compiled("so3.residuals")
+@compile_function("so3.residuals")
 def residuals(M: Matrix3Like) -> Annotated[Floats, Shape("*batch", 7)]:
     """(*batch, 7): entries 11, 22, 33, 12, 13, 23 of M'M - I, then det M - 1, of (*batch, 3, 3) matrices."""
     ...
@@ -180,19 +180,19 @@ def check(R: ArrayLike, name: str = "R", tolerance: float | None = None) -> Rota
     return membership.require("rotation", name, R, tolerance)
 
 
-@compiled("so3.inverse")
+@compile_function("so3.inverse")
 def inverse(R: RotationLike) -> RotationMatrix:
     """(*batch, 3, 3) transpose: R_ab^-1 = R_ba."""
     ...
 
 
-@compiled("so3.compose")
+@compile_function("so3.compose")
 def compose(R_ab: RotationLike, R_bc: RotationLike) -> RotationMatrix:
     """(*batch, 3, 3) R_ac = R_ab R_bc."""
     ...
 
 
-@compiled("so3.act")
+@compile_function("so3.act")
 def apply(R: RotationLike, x: Vector3Like) -> Vector3:
     """R x: a free vector x_b seen from {a} (R = R_ab), or a vector turned by R.
 
@@ -222,13 +222,13 @@ def from_axes(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> RotationMatrix:
     return check(np.stack(axes, axis=-1), "axes")
 
 
-@compiled("so3.hat")
+@compile_function("so3.hat")
 def hat(w: Vector3Like) -> Matrix3:
     """(*batch, 3, 3) skew matrix [w] with [w] x = w x x, of (*batch, 3)."""
     ...
 
 
-@compiled("so3.vee")
+@compile_function("so3.vee")
 def _vee(W: Matrix3Like) -> Vector3: ...
 
 
@@ -264,25 +264,25 @@ def bracket(w_1: ArrayLike, w_2: ArrayLike) -> Vector3:
     return vee(W_1 @ W_2 - W_2 @ W_1)
 
 
-@compiled("so3.left_jacobian")
+@compile_function("so3.left_jacobian")
 def left_jacobian(r: RotationVectorLike) -> Matrix3:
     """(*batch, 3, 3) J with omega_s = J(r) rdot for R = exp(r), of (*batch, 3) [rad]."""
     ...
 
 
-@compiled("so3.left_jacobian_inverse")
+@compile_function("so3.left_jacobian_inverse")
 def left_jacobian_inverse(r: RotationVectorLike) -> Matrix3:
     """(*batch, 3, 3) J(r)^-1, |r| < 2 pi."""
     ...
 
 
-@compiled("so3.right_jacobian")
+@compile_function("so3.right_jacobian")
 def right_jacobian(r: RotationVectorLike) -> Matrix3:
     """(*batch, 3, 3) J(-r), with omega_b = J_r(r) rdot for R = exp(r)."""
     ...
 
 
-@compiled("so3.right_jacobian_inverse")
+@compile_function("so3.right_jacobian_inverse")
 def right_jacobian_inverse(r: RotationVectorLike) -> Matrix3:
     """(*batch, 3, 3) inverse of the right Jacobian, |r| < 2 pi."""
     ...

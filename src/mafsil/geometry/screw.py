@@ -27,13 +27,13 @@ from mafsil.geometry.conditioned import (
     UnitScrewLike,
     Vector3Like,
     Vector6Like,
-    compiled,
+    compile_function,
 )
 from mafsil.geometry.tolerances import SPECIAL
 from mafsil.messages import say
 
 
-@compiled("screw.from_axis")
+@compile_function("screw.from_axis")
 def from_axis(direction: AxisLike, point: Vector3Like, pitch: ScalarLike = 0.0) -> Vector6:
     """Unit screw of an axis: S = (s, -s x q + h s).
 
@@ -61,31 +61,31 @@ def from_direction(direction: ArrayLike) -> Vector6:
     return S
 
 
-@compiled("screw.pitch")
+@compile_function("screw.pitch")
 def pitch(S: Vector6Like) -> Scalar:
     """(*batch) pitch omega.v / |omega|^2 [m/rad] of (*batch, 6); infinite where omega is zero."""
     ...
 
 
-@compiled("screw.nearest_point")
+@compile_function("screw.nearest_point")
 def nearest_point(S: Vector6Like) -> Vector3:
     """(*batch, 3) point of the axis nearest to the origin, omega x v / |omega|^2 [m]; NaN where omega is zero."""
     ...
 
 
-@compiled("screw.normalised")
-def normalised(V: Vector6Like) -> Vector6:
+@compile_function("screw.normalise")
+def normalise(V: Vector6Like) -> Vector6:
     """(*batch, 6) unit screw of twists (*batch, 6); zero for the zero twist."""
     ...
 
 
-@compiled("screw.magnitude")
+@compile_function("screw.magnitude")
 def magnitude(V: Vector6Like) -> Scalar:
-    """(*batch) |omega| of twists (*batch, 6), or |v| where omega is zero: the factor that `normalised` divides out."""
+    """(*batch) |omega| of twists (*batch, 6), or |v| where omega is zero: the factor that `normalise` divides out."""
     ...
 
 
-@compiled("screw.motion")
+@compile_function("screw.motion")
 def displacement(S: UnitScrewLike, amount: AmountLike) -> PoseMatrix:
     """exp([S] amount): rotation by, or translation along, a unit screw.
 
@@ -104,7 +104,7 @@ def displacement(S: UnitScrewLike, amount: AmountLike) -> PoseMatrix:
     ...
 
 
-@compiled("screw.chasles")
+@compile_function("screw.chasles")
 def chasles(T: PoseLike) -> tuple[Vector6, Scalar]:
     """The one screw that makes a displacement: T = exp([S] amount) (Chasles and Mozzi).
 
@@ -119,7 +119,7 @@ def chasles(T: PoseLike) -> tuple[Vector6, Scalar]:
     ...
 
 
-@compiled("screw.integral")
+@compile_function("screw.integral")
 def integral(omega: Vector3Like, theta: AmountLike) -> Matrix3:
     """(*batch, 3, 3) G(theta) of a unit axis: exp([S] theta) has p = G v.
 
@@ -128,13 +128,13 @@ def integral(omega: Vector3Like, theta: AmountLike) -> Matrix3:
     ...
 
 
-@compiled("screw.integral_inverse")
+@compile_function("screw.integral_inverse")
 def integral_inverse(omega: Vector3Like, theta: PartTurnLike) -> Matrix3:
     """(*batch, 3, 3) G(theta)^-1; whole turns are refused, where det G = 2 theta (1 - cos theta) vanishes."""
     ...
 
 
-@compiled("spatial.reciprocal_product")
+@compile_function("spatial.reciprocal_product")
 def reciprocal_product(S: Vector6Like, Z: Vector6Like) -> Scalar:
     """(*batch) omega_S . v_Z + v_S . omega_Z: zero for screws that do no work on each other."""
     ...

@@ -22,23 +22,23 @@ from mafsil.geometry.conditioned import (
     RotationLike,
     Vector3Like,
     Vector6Like,
-    compiled,
+    compile_function,
 )
 
 
-@compiled("velocity.angular_space")
+@compile_function("velocity.angular_space")
 def _angular_space(R: RotationLike, Rdot: Matrix3Like) -> tuple[Vector3, Scalar]: ...
 
 
-@compiled("velocity.angular_body")
+@compile_function("velocity.angular_body")
 def _angular_body(R: RotationLike, Rdot: Matrix3Like) -> tuple[Vector3, Scalar]: ...
 
 
-@compiled("velocity.space_twist")
+@compile_function("velocity.space_twist")
 def _space(T: PoseLike, Tdot: Matrix4Like) -> tuple[Vector6, Scalar]: ...
 
 
-@compiled("velocity.body_twist")
+@compile_function("velocity.body_twist")
 def _body(T: PoseLike, Tdot: Matrix4Like) -> tuple[Vector6, Scalar]: ...
 
 
@@ -81,31 +81,31 @@ def body_from_pose_rate(T: ArrayLike, Tdot: ArrayLike) -> Vector6:
     return _skew_checked(_body(T, Tdot))
 
 
-@compiled("velocity.pose_rate_of_body_twist")
+@compile_function("velocity.pose_rate_of_body_twist")
 def pose_rate_from_body(T: PoseLike, V_b: Vector6Like) -> Matrix4:
     """(*batch, 4, 4) Tdot = T [V_b]."""
     ...
 
 
-@compiled("velocity.pose_rate_of_space_twist")
+@compile_function("velocity.pose_rate_of_space_twist")
 def pose_rate_from_space(T: PoseLike, V_s: Vector6Like) -> Matrix4:
     """(*batch, 4, 4) Tdot = [V_s] T."""
     ...
 
 
-@compiled("velocity.mean_angular_velocity")
+@compile_function("velocity.mean_angular_velocity")
 def mean_angular_velocity(R_0: RotationLike, R_1: RotationLike, duration: DurationLike) -> Vector3:
     """(*batch, 3) constant omega_s [rad/s] that turns R_0 into R_1 within the duration [s], which is not zero."""
     ...
 
 
-@compiled("velocity.mean_space_twist")
+@compile_function("velocity.mean_space_twist")
 def mean_space_twist(T_0: PoseLike, T_1: PoseLike, duration: DurationLike) -> Vector6:
     """(*batch, 6) constant V_s that carries T_0 into T_1 within the duration [s], which is not zero."""
     ...
 
 
-@compiled("spatial.transform_twist")
+@compile_function("spatial.transform_twist")
 def transform(T_ab: PoseLike, V_b: Vector6Like) -> Vector6:
     """V_a = Ad(T_ab) V_b = (R omega, R v + p x R omega).
 
@@ -121,19 +121,19 @@ def transform(T_ab: PoseLike, V_b: Vector6Like) -> Vector6:
     ...
 
 
-@compiled("spatial.point_velocity")
+@compile_function("spatial.point_velocity")
 def point_velocity(V: Vector6Like, point: Vector3Like) -> Vector3:
     """(*batch, 3) omega x r + v [m/s] of the body point at r (*batch, 3) [m], in the frame of the twist."""
     ...
 
 
-@compiled("spatial.ad")
+@compile_function("spatial.ad")
 def ad(V: Vector6Like) -> Matrix6:
     """(*batch, 6, 6) [[ [omega], 0 ], [ [v], [omega] ]]."""
     ...
 
 
-@compiled("spatial.bracket")
+@compile_function("spatial.bracket")
 def bracket(V: Vector6Like, W: Vector6Like) -> Vector6:
     """(*batch, 6) Lie bracket ad(V) W."""
     ...

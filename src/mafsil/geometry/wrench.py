@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Scalar, Vector3, Vector6, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.geometry.conditioned import PoseLike, Vector3Like, Vector6Like, compiled
+from mafsil.geometry.conditioned import PoseLike, Vector3Like, Vector6Like, compile_function
 
 
-@compiled("spatial.wrench_of_force")
+@compile_function("spatial.wrench_of_force")
 def from_force(point: Vector3Like, force: Vector3Like) -> Vector6:
     """Wrench (r x f, f) of a force at a point.
 
@@ -31,7 +31,7 @@ def from_couple(moment: ArrayLike) -> Vector6:
     return np.concatenate([m, np.zeros_like(m)], axis=-1)
 
 
-@compiled("spatial.transform_wrench")
+@compile_function("spatial.transform_wrench")
 def transform(T_ab: PoseLike, F_a: Vector6Like) -> Vector6:
     """F_b = Ad(T_ab)' F_a = (R' (m - p x f), R' f): the same wrench seen from {b}.
 
@@ -68,25 +68,25 @@ def resultant(wrenches: ArrayLike, poses: ArrayLike | None = None) -> Vector6:
     return np.asarray(transform(pose.inverse(T), F)).sum(axis=0)
 
 
-@compiled("spatial.power")
+@compile_function("spatial.power")
 def power(V: Vector6Like, F: Vector6Like) -> Scalar:
     """(*batch) V . F [W] of a twist and a wrench in one frame; the same in every frame."""
     ...
 
 
-@compiled("spatial.dual_bracket")
+@compile_function("spatial.dual_bracket")
 def dual_bracket(V: Vector6Like, F: Vector6Like) -> Vector6:
     """(*batch, 6) ad(V)' F, the change of a wrench seen from a frame that moves with the twist V."""
     ...
 
 
-@compiled("screw.wrench_pitch")
+@compile_function("screw.wrench_pitch")
 def pitch(F: Vector6Like) -> Scalar:
     """(*batch) moment along the force over the force, m.f / |f|^2 [m] (Poinsot); infinite for a pure couple."""
     ...
 
 
-@compiled("screw.wrench_axis_point")
+@compile_function("screw.wrench_axis_point")
 def axis_point(F: Vector6Like) -> Vector3:
     """(*batch, 3) point of the wrench's axis nearest to the origin, f x m / |f|^2 [m]; NaN for a pure couple."""
     ...

@@ -24,9 +24,9 @@ from mafsil.grasp.friction import FrictionLaw as FrictionLaw
 from mafsil.grasp.friction import contact_state as contact_state
 from mafsil.grasp.friction import friction_angle as friction_angle
 from mafsil.grasp.grasp import Grasp as Grasp
-from mafsil.grasp.grasp import compare as compare
+from mafsil.grasp.grasp import rank_grasps as rank_grasps
 from mafsil.grasp.grasp_file import GraspFile as GraspFile
-from mafsil.grasp.grasp_file import read_grasp_file as read_grasp_file
+from mafsil.grasp.grasp_file import read_grasp as read_grasp
 from mafsil.grasp.planner import GraspPlan as GraspPlan
 from mafsil.grasp.planner import PlannedGrasp as PlannedGrasp
 from mafsil.grasp.planner import plan_grasps as plan_grasps

@@ -15,7 +15,7 @@ from mafsil.grasp import loops
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.tolerances import ON_MESH, SAME_PLACE, TYPED
 from mafsil.model.mesh import read
-from mafsil.model.mesh.surface import cleaned
+from mafsil.model.mesh.surface import clean_surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class GraspedBody:
             raise InputError("input.shape", name="faces", expected="(f, 3)", got=indices.shape, hint="")
         if indices.min() < 0 or indices.max() >= len(points):
             raise InputError("grasp.face_index", got=int(indices.max()), limit=len(points))
-        surface = cleaned(points, indices)
+        surface = clean_surface(points, indices)
         if not len(surface.faces):
             raise InputError("grasp.no_area")
         return _body(points, surface.faces)

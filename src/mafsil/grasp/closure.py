@@ -190,7 +190,7 @@ def closure(
     if W.shape[1] > len(W):  # 1
         M = transform
         found = positive_combination(
-            W if M is None else M @ W, cones if cones is None or M is None else cones.changed(M)
+            W if M is None else M @ W, cones if cones is None or M is None else cones.transform(M)
         )
         if found.closed is not None:
             return _closure_of_simplex(found, W, cones, M, margins)
@@ -241,7 +241,7 @@ def _closure_near_boundary(
         return _not_closed(W, unit(M.T @ null), status, cones, margins, rank)
     if n <= m and cones is None:
         return _not_closed(W, unit(_separating(W)), ClosureStatus.TOO_FEW, cones, margins)
-    found = enclose(scaled, None if cones is None else cones.changed(M))  # 3
+    found = enclose(scaled, None if cones is None else cones.transform(M))  # 3
     if found.decided and found.lower < 0:
         return _not_closed(W, unit(M.T @ found.certificate), ClosureStatus.OPEN, cones, margins)
     if found.decided:

@@ -70,7 +70,7 @@ class ConeWrenches:
         loops.contact_loops.rim_columns(self.discs, edges, columns)
         return columns
 
-    def changed(self, M: Floats) -> ConeWrenches:
+    def transform(self, M: Floats) -> ConeWrenches:
         """The set in other coordinates.
 
         Args:

@@ -235,7 +235,7 @@ class Contact:
             finger_curvature=self.finger_curvature, name=self.name,
         )  # fmt: skip
 
-    def moved(self, T: ArrayLike) -> Contact:
+    def in_frame(self, T: ArrayLike) -> Contact:
         """The same contact in another frame.
 
         Args:

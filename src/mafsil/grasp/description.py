@@ -44,7 +44,7 @@ class Description:
     body: GraspedBody | None = None
 
 
-def described(data: Any, source: str, folder: Path | None = None) -> Description:
+def parse_description(data: Any, source: str, folder: Path | None = None) -> Description:
     """The contacts, load and body in plain data, checked.
 
     Args:

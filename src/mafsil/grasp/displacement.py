@@ -37,7 +37,7 @@ def free_twists(grasp: Grasp) -> list[tuple[Floats, bool]]:
     steps = [(y, both, size_of(grasp) * 0.05) for y, both in found]
     kept: list[tuple[Floats, bool]] = []
     for y, both, step in steps:
-        ways = [sign for sign in ((1.0, -1.0) if both else (1.0,)) if moved(grasp, sign * y, step) is not None]
+        ways = [sign for sign in ((1.0, -1.0) if both else (1.0,)) if displaced_pose(grasp, sign * y, step) is not None]
         if len(ways) == 2:
             kept.append((y, True))
         elif ways:
@@ -54,7 +54,7 @@ def size_of(grasp: Grasp) -> float:
     return float(np.ptp([c.point for c in grasp.contacts], axis=0).max()) or 1.0
 
 
-def moved(grasp: Grasp, twist: Floats, step: float) -> Floats | None:
+def displaced_pose(grasp: Grasp, twist: Floats, step: float) -> Floats | None:
     """(3, 3) pose of the body after a motion with no finger inside it; None if fingers are in the way.
 
     Args:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, as_batch, not_negative, positive, real_array
 from mafsil.errors import InputError
-from mafsil.fields import checked, or_none
+from mafsil.fields import check_fields, or_none
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.tolerances import ROUNDOFF
 from mafsil.messages import say
@@ -212,7 +212,7 @@ class FrictionLaw:
     viscous: float = 0.0
     aging: float = 0.0
     aging_time: float = 1.0
-    _numbers = checked(
+    _numbers = check_fields(
         mu_s=not_negative, mu_k=or_none(not_negative), stribeck_speed=positive, viscous=not_negative,
         aging=not_negative, aging_time=positive,
     )  # fmt: skip

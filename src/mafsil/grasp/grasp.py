@@ -20,7 +20,7 @@ from mafsil.grasp.closure_methods import count_contacts
 from mafsil.grasp.cone import ConeWrenches, has_round_cones
 from mafsil.grasp.contact import MOST_FACETS, Contact, force_wrench, require_one_dimension
 from mafsil.grasp.contact_closure import round_closure
-from mafsil.grasp.description import contact_data, described
+from mafsil.grasp.description import contact_data, parse_description
 from mafsil.grasp.forces import ContactForces, resist
 from mafsil.grasp.free_motions import ContactMotion, FreeMotions, contact_motion, free_motions
 from mafsil.grasp.friction import friction_remarks
@@ -132,13 +132,13 @@ class Grasp:
         given = as_batch("forces", forces, (len(self), self.dimension), finite=True)
         return np.sum([force_wrench(c.point, f) for c, f in zip(self.contacts, given, strict=True)], axis=0)
 
-    def moved(self, T: ArrayLike) -> Grasp:
+    def in_frame(self, T: ArrayLike) -> Grasp:
         """The same grasp in another frame.
 
         Args:
             T: (d + 1, d + 1) pose of the old frame in the new one.
         """
-        return Grasp([contact.moved(T) for contact in self.contacts], self.name)
+        return Grasp([contact.in_frame(T) for contact in self.contacts], self.name)
 
     def with_friction(self, mu: float) -> Grasp:
         """The same contacts with another friction coefficient.
@@ -342,7 +342,7 @@ class Grasp:
         Args:
             data: as `to_dict` gives, or as in a grasp file.
         """
-        found = described(data, source="data")
+        found = parse_description(data, source="data")
         return Grasp(found.contacts, found.name)
 
 
@@ -360,7 +360,7 @@ def _members(item: Any, index: int) -> list[Contact]:
     return [Contact(*entries)]
 
 
-def compare(
+def rank_grasps(
     grasps: Sequence[Grasp], length: float = 1.0, about: ArrayLike | None = None
 ) -> list[tuple[Grasp, GraspQuality]]:
     """Grasps of one body, the most robust first, each with its quality.

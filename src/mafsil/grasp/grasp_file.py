@@ -11,7 +11,7 @@ from typing import Any
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.grasp.body import GraspedBody
-from mafsil.grasp.description import described
+from mafsil.grasp.description import parse_description
 from mafsil.grasp.grasp import Grasp
 from mafsil.regular_file import reason, whole_text
 from mafsil.toml_source import parsed_toml
@@ -36,7 +36,7 @@ class GraspFile:
     body: GraspedBody | None = None
 
 
-def read_grasp_file(path: str | PathLike[str]) -> GraspFile:
+def read_grasp(path: str | PathLike[str]) -> GraspFile:
     """The grasp in a file.
 
     Args:
@@ -58,6 +58,6 @@ def read_grasp_file(path: str | PathLike[str]) -> GraspFile:
 
 
 def parse_grasp_file(data: Any, source: str, folder: Path | None = None) -> GraspFile:
-    """The grasp in plain data; arguments and errors as of `description.described`."""
-    found = described(data, source, folder)
+    """The grasp in plain data; arguments and errors as of `description.parse_description`."""
+    found = parse_description(data, source, folder)
     return GraspFile(Grasp(found.contacts, found.name), found.load, found.outline, found.body)

@@ -128,7 +128,7 @@ def _grown(D: Floats, together: bool, tolerance: float, seed: int) -> tuple[int,
     """How the growth ended, its two bounds, its direction and how many vertices it had."""
     m = D.shape[2]
     weakest, (polytope, ridges) = np.zeros(m), _workspace(m)
-    state, lower, upper, vertices = loops.hull_growth_loops.inscribed(
+    state, lower, upper, vertices = loops.hull_growth_loops.inscribed_ball(
         (0,) * m, D, together, tolerance, polytope, ridges, seed, weakest
     )
     return state, lower, upper, weakest, vertices
@@ -153,7 +153,7 @@ def _cover(D: Floats, grown: GraspQuality) -> GraspQuality:
     waiting, left, state = cover.begin(m, stack), CONES, cover.LOWER  # 3
     while state == cover.LOWER:
         b = upper * (1.0 - 0.5 * QUALITY_GAP)
-        state, _, waiting, left = cover.covered(padded, b, wall, stack, waiting, left, u)
+        state, _, waiting, left = cover.prove_cover(padded, b, wall, stack, waiting, left, u)
         if state == cover.LOWER:
             upper, weakest = min((upper, weakest), _descend(padded, u), key=lambda found: found[0])  # 4
     if state != cover.PROVEN:

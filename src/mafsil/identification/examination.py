@@ -47,7 +47,7 @@ class _Rows:
     qdd: Floats
     tau: Floats
 
-    def moved(self, factors: Floats) -> _Rows:
+    def scale_motion(self, factors: Floats) -> _Rows:
         """The motion times factors (n,) of the joints."""
         return _Rows(self.q * factors, self.qd * factors, self.qdd * factors, self.tau)
 
@@ -96,7 +96,7 @@ class _Judged:
         return float((1.0 - self.explained[judged]).mean())
 
 
-def examined(robot: Robot, motions: Sequence[SmoothMotion]) -> list[Remark]:
+def examine_log(robot: Robot, motions: Sequence[SmoothMotion]) -> list[Remark]:
     """What is probably wrong with a log, each with its number; nothing where the description cannot tell.
 
     Args:
@@ -163,9 +163,9 @@ def _changes(robot: Robot, rows: _Rows) -> Iterator[tuple[Remark, _Rows]]:
     for turned in [*combinations(range(n), 1), *combinations(range(n), 2)]:
         factors = np.where(np.isin(np.arange(n), turned), -1.0, 1.0)
         which = ", ".join(names[k] for k in turned)
-        yield Remark("identification.reversed_joint", {"joint": which}), rows.moved(factors)
+        yield Remark("identification.reversed_joint", {"joint": which}), rows.scale_motion(factors)
     revolves = robot.mechanism.angular
-    yield Remark("identification.in_degrees"), rows.moved(np.where(revolves, np.pi / 180.0, 1.0))
+    yield Remark("identification.in_degrees"), rows.scale_motion(np.where(revolves, np.pi / 180.0, 1.0))
     for unit, seconds in SECONDS.items():
         yield Remark("identification.time_unit", {"unit": unit}), rows.slowed(seconds)
     for i, j in combinations(range(n), 2):

@@ -22,8 +22,8 @@ from mafsil.identification.tolerances import NO_EFFORT, NO_EXCITATION, NO_MOTION
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.messages import say
-from mafsil.messages.tables import in_notebook, number, table
-from mafsil.model.limits import admitted
+from mafsil.messages.tables import in_notebook, joint_units, number, table
+from mafsil.model.limits import snap_to_bounds
 from mafsil.robot import Robot, of_robot
 from mafsil.whole_file import write_whole
 
@@ -101,7 +101,7 @@ class ExcitationTrajectory:
         head = [say(f"identification.column_{name}") for name in COLUMNS]
         title = say("identification.excitation", period=self.period, count=self.repetitions)
         condition = say("identification.condition", condition_number=self.condition_number)
-        return "\n".join([title, *table(head, rows), condition])
+        return "\n".join([title, *table(head, rows, units=joint_units(COLUMNS)), condition])
 
     def _repr_html_(self) -> str:
         return in_notebook(repr(self))
@@ -226,7 +226,7 @@ class _Search:
         self.start = None
         if centre is not None:
             given = as_batch("centre", centre, (robot.n,), finite=True).reshape(robot.n)
-            self.start = admitted(given, self.lower, self.upper)
+            self.start = snap_to_bounds(given, self.lower, self.upper)
         self.tried, self.passed = 0, 0
         if self.start is not None:
             outside = np.flatnonzero((self.start < self.lower) | (self.start > self.upper))

@@ -21,13 +21,13 @@ from mafsil.identification.consistency import (
     nearest_consistent,
     physically_consistent,
 )
-from mafsil.identification.examination import examined
+from mafsil.identification.examination import examine_log
 from mafsil.identification.log import MotionLog, held_out_fraction
 from mafsil.identification.model_update import with_parameters
-from mafsil.identification.regression import Fit, RegressorStack, fitted
+from mafsil.identification.regression import Fit, RegressorStack, fit_base_parameters
 from mafsil.identification.remark import Remark
 from mafsil.identification.result import Identification, Parameter, Validation, unidentifiable
-from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepared
+from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepare_log
 from mafsil.identification.tolerances import DEPENDENT, LEAST_MASS, NO_EFFORT, SMALLEST
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
@@ -100,8 +100,8 @@ def identify(
     back = held_out_fraction("held_out", held_out) if validation is None else 0.0
     parts = [one.split(back) if back else (one, None) for one in logs]
     others = [opened(validation, robot, degrees)] if validation is not None else [end for _, end in parts if end]
-    training = [prepared(start, bandwidth) for start, _ in parts]
-    tests = [prepared(other, max(band for _, band, _ in training)) for other in others]
+    training = [prepare_log(start, bandwidth) for start, _ in parts]
+    tests = [prepare_log(other, max(band for _, band, _ in training)) for other in others]
     rotors = bool(model.prior[-robot.n :].any()) if rotor_inertia is None else rotor_inertia
     full = _stack(model, [m for motions, _, _ in training for m in motions])
     if not full.rows:
@@ -113,7 +113,7 @@ def identify(
     remarks += _hardly_moving(robot, logs)
     band = max(band for _, band, _ in training)
     found = _identify(model, problem, full, positive("prior_spread", prior_spread), band, rotors, remarks)
-    return replace(found, faults=tuple(examined(robot, [m for motions, _, _ in training for m in motions])))
+    return replace(found, faults=tuple(examine_log(robot, [m for motions, _, _ in training for m in motions])))
 
 
 def _stack(model: TorqueModel, motions: list[SmoothMotion]) -> RegressorStack:
@@ -137,7 +137,7 @@ def _problem(model: TorqueModel, full: RegressorStack, tried: RegressorStack | N
         combination,
         tuple(label for label in base.silent if not label.endswith(".rotor")),
     )
-    return _Problem(full.reduced(columns, known), tried and tried.reduced(columns, known), smaller)
+    return _Problem(full.reduce_columns(columns, known), tried and tried.reduce_columns(columns, known), smaller)
 
 
 def _identify(
@@ -152,7 +152,7 @@ def _identify(
     start = prior_of(model, problem.stack, spread, rotors=rotors)
     parameterisation, K = start.parameterisation, problem.base.combination
     b0 = K @ parameterisation.prior
-    fit = fitted(problem.stack, b0, K @ parameterisation.at(np.zeros(parameterisation.size))[1])
+    fit = fit_base_parameters(problem.stack, b0, K @ parameterisation.at(np.zeros(parameterisation.size))[1])
     found = most_likely(parameterisation, fit.triangle, K, model.nonnegative)
     described, new = K @ model.prior, K @ found
     parameters = tuple(
@@ -198,7 +198,7 @@ def _validation(joints: tuple[str, ...], problem: _Problem, before: Floats, afte
 def _rotors_needed(full: RegressorStack, without: RegressorStack, fit: Fit) -> list[Remark]:
     """Whether rows fit so much better with rotors that it cannot be chance."""
     k = full.triangles.shape[-1] - 1
-    R = full.weighted(fit.noise)
+    R = full.weighted_triangle(fit.noise)
     b = np.asarray(np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=DEPENDENT)[0], dtype=np.float64)
     with_rotors = full.residual(b)
     gain = full.rows * ((without.residual(fit.b) ** 2 - with_rotors**2) / np.maximum(with_rotors, SMALLEST) ** 2).sum()

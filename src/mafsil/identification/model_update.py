@@ -75,7 +75,7 @@ def with_load(mechanism: Mechanism, load: Floats) -> Mechanism:
     m, h = float(load[0]), load[1:4]
     xx, yy, zz, xy, xz, yz = load[4:]
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    at_tip = RigidInertia(m, h, inertia).moved(mechanism.T_lt[:3, :3], mechanism.T_lt[:3, 3])
+    at_tip = RigidInertia(m, h, inertia).in_frame(mechanism.T_lt[:3, :3], mechanism.T_lt[:3, 3])
     I = at_tip.I
     added = np.array([at_tip.mass, *at_tip.h, I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]])
     tip = mechanism.link(mechanism.tip)

@@ -15,11 +15,11 @@ from mafsil.errors import InputError
 from mafsil.identification.consistency import BodyParameterisation, Parameterisation, ball, most_likely
 from mafsil.identification.log import MotionLog
 from mafsil.identification.model_update import with_load
-from mafsil.identification.regression import RegressorStack, fitted
+from mafsil.identification.regression import RegressorStack, fit_base_parameters
 from mafsil.identification.remark import Remark
-from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepared
+from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepare_log
 from mafsil.identification.tolerances import LEAST_MASS, LEAST_SHARE, NO_EFFORT, NO_MOTION
-from mafsil.identification.torque_model import CHUNK, thinned
+from mafsil.identification.torque_model import CHUNK, thin_rows
 from mafsil.mechanics.inertial_parameters import inertial_of
 from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
@@ -162,7 +162,7 @@ def estimate_payload(
         stack = RegressorStack.of(_poses(robot, given), robot.n, 10)
         remarks.append(Remark("identification.at_rest"))
     else:
-        motions, _, found = prepared(given, bandwidth)
+        motions, _, found = prepare_log(given, bandwidth)
         remarks += found
         stack = RegressorStack.of((block for m in motions for block in _rows(robot, m)), robot.n, 10)
     if stack.rows < 2:
@@ -175,7 +175,7 @@ def _estimate(robot: Robot, stack: RegressorStack, effort: Floats, remarks: list
     start = _rough(stack)
     parameterisation = Parameterisation({0: BodyParameterisation.around(start)}, np.zeros(10), start, SPREAD)
     spread = parameterisation.at(np.zeros(10))[1]
-    fit = fitted(stack, start, spread)
+    fit = fit_base_parameters(stack, start, spread)
     load = most_likely(parameterisation, fit.triangle, np.eye(10), np.zeros(0, dtype=np.int64))
     body, rates = inertial_of(load), _rates(load)
     errors = np.sqrt(np.einsum("ij,jk,ik->i", rates, fit.covariance, rates))
@@ -207,7 +207,7 @@ def _rows(robot: Robot, motion: SmoothMotion) -> Iterator[Floats]:
         rest = motion.tau[part] - robot.inverse_dynamics(q, qd, qdd) - robot.friction_torque(qd)
         return np.concatenate([robot.payload_regressor(q, qd, qdd), rest[..., None]], axis=-1)
 
-    return thinned(motion, rows)
+    return thin_rows(motion, rows)
 
 
 def _poses(robot: Robot, log: MotionLog) -> Iterator[Floats]:
@@ -225,7 +225,7 @@ def _rough(stack: RegressorStack) -> Floats:
     weight = max(float(stack.size()[:, 0].max()), NO_EFFORT)
     mass = max(float(stack.effort().max()) / weight, LEAST_MASS)
     size = np.array([1.0, *3 * (3 * RADIUS,), *6 * (9 * RADIUS**2,)])
-    fit = fitted(stack, np.zeros(10), np.diag(10.0 * mass * size))
+    fit = fit_base_parameters(stack, np.zeros(10), np.diag(10.0 * mass * size))
     heavy = max(float(fit.b[0]), LEAST_SHARE * mass)
     centre = fit.b[1:4] / heavy
     distance = float(np.linalg.norm(centre))

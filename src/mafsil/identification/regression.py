@@ -60,7 +60,7 @@ class RegressorStack:
         """(n, k) root mean square of every column in each joint's rows."""
         return np.sqrt((self.triangles[..., :-1] ** 2).sum(axis=1) / max(self.rows, 1))
 
-    def reduced(self, columns: NDArray[np.int64], known: Floats) -> RegressorStack:
+    def reduce_columns(self, columns: NDArray[np.int64], known: Floats) -> RegressorStack:
         """The same rows with fewer columns, what is known subtracted from the efforts.
 
         Args:
@@ -71,7 +71,7 @@ class RegressorStack:
         left = np.concatenate([self.triangles[..., columns], rest[..., None]], axis=-1)
         return RegressorStack(np.stack([_triangle(part) for part in left]), self.rows)
 
-    def weighted(self, noise: Floats) -> Floats:
+    def weighted_triangle(self, noise: Floats) -> Floats:
         """(k + 1, k + 1) the triangle of all joints together, rows divided by the joints' noise (n,)."""
         k = self.triangles.shape[-1]
         return _triangle((self.triangles / noise[:, None, None]).reshape(-1, k))
@@ -111,7 +111,7 @@ class Fit:
         return np.sqrt(np.diag(self.covariance))
 
 
-def fitted(stack: RegressorStack, b0: Floats, spread: Floats) -> Fit:
+def fit_base_parameters(stack: RegressorStack, b0: Floats, spread: Floats) -> Fit:
     """Estimate base parameters and the joints' noise in turn.
 
     b = b0 + B x; directions x whose error exceeds |x| = 1, that of the prior, keep x = 0.
@@ -125,14 +125,14 @@ def fitted(stack: RegressorStack, b0: Floats, spread: Floats) -> Fit:
     effort = np.maximum(stack.effort(), NO_EFFORT)
     noise = np.maximum(stack.own_noise(), LEAST_NOISE * effort)
     for _ in range(ROUNDS):
-        R = stack.weighted(noise)
+        R = stack.weighted_triangle(noise)
         U, S, Vt = np.linalg.svd(R[:, :-1] @ spread, full_matrices=False)
         count = int((S > 1.0).sum())
         target = R[:, -1] - R[:, :-1] @ b0
         b = b0 + spread @ (Vt[:count].T @ ((U.T @ target)[:count] / S[:count]))
         freedom = max(1.0 - count / max(stack.rows * len(noise), 1), LEAST_SHARE)
         noise = np.maximum(stack.residual(b) / np.sqrt(freedom), LEAST_NOISE * effort)
-    R = stack.weighted(noise)
+    R = stack.weighted_triangle(noise)
     _, S, Vt = np.linalg.svd(R[:, :-1] @ spread, full_matrices=False)
     count = int((S > 1.0).sum())
     identified = spread @ Vt[:count].T

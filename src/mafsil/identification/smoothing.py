@@ -148,19 +148,19 @@ def smooth_motions(log: MotionLog, band: float) -> list[SmoothMotion]:
         if len(signals["q"]) < 4 * half + 2:
             continue
         position, rate, acceleration = kernels(half, period)
-        q = filtered(signals["q"], position)
-        qd = filtered(signals["qd"], position) if "qd" in signals else filtered(signals["q"], rate)
+        q = filter_samples(signals["q"], position)
+        qd = filter_samples(signals["qd"], position) if "qd" in signals else filter_samples(signals["q"], rate)
         if "qdd" in signals:
-            qdd = filtered(signals["qdd"], position)
+            qdd = filter_samples(signals["qdd"], position)
         elif "qd" in signals:
-            qdd = filtered(signals["qd"], rate)
+            qdd = filter_samples(signals["qd"], rate)
         else:
-            qdd = filtered(signals["q"], acceleration)
+            qdd = filter_samples(signals["q"], acceleration)
         motions.append(SmoothMotion(period, q, qd, qdd, signals["tau"][half : len(q) + half], max(half // 2, 3)))
     return motions
 
 
-def filtered(samples: Floats, weights: Floats) -> Floats:
+def filter_samples(samples: Floats, weights: Floats) -> Floats:
     """(N - 2 half, n) the samples (N, n) under the kernel; only where its window fits."""
     count, width = len(samples), len(weights)
     size = count + width - 1
@@ -183,7 +183,7 @@ def opened(log: Log, robot: Robot, degrees: bool) -> MotionLog:
     return log_of(log, robot.n)
 
 
-def prepared(log: MotionLog, bandwidth: float | None) -> tuple[list[SmoothMotion], float, list[Remark]]:
+def prepare_log(log: MotionLog, bandwidth: float | None) -> tuple[list[SmoothMotion], float, list[Remark]]:
     """Smooth motions of a log, their band [Hz], and what was ignored."""
     band = band_of(log) if bandwidth is None else positive("bandwidth", bandwidth)
     remarks: list[Remark] = []
@@ -203,7 +203,7 @@ def _rate_mismatch(log: MotionLog, band: float) -> float:
     if len(signals["q"]) < 2 * half + 2:
         return 0.0
     position, rate, _ = kernels(half, period)
-    derived, measured = filtered(signals["q"], rate), filtered(signals["qd"], position)
+    derived, measured = filter_samples(signals["q"], rate), filter_samples(signals["qd"], position)
     size = np.sqrt((derived**2).mean(axis=0))
     moving = size > PART_OF_BAND * max(float(size.max()), NO_EFFORT)
     return float((np.sqrt(((derived - measured) ** 2).mean(axis=0))[moving] / size[moving]).max(initial=0.0))

@@ -107,10 +107,10 @@ class TorqueModel:
             Y = self.columns(motion.q[part], motion.qd[part], motion.qdd[part])[..., columns]
             return np.concatenate([Y, motion.tau[part][..., None]], axis=-1)
 
-        return thinned(motion, rows)
+        return thin_rows(motion, rows)
 
 
-def thinned(motion: SmoothMotion, rows: Callable[[slice], Floats]) -> Iterator[Floats]:
+def thin_rows(motion: SmoothMotion, rows: Callable[[slice], Floats]) -> Iterator[Floats]:
     """Blocks of rows under the kernel for efforts, thinned out to about one sample per independent one.
 
     Args:

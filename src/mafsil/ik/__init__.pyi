@@ -33,8 +33,8 @@ from mafsil.ik.structure.analysis import closed_form as closed_form
 from mafsil.ik.structure.closed_form import ClosedForm as ClosedForm
 from mafsil.ik.structure.planar_reach import planar_reach as planar_reach
 from mafsil.ik.structure.puma_shape import arm_structure as arm_structure
+from mafsil.ik.tracking import BranchSwitch as BranchSwitch
 from mafsil.ik.tracking import NearSingularity as NearSingularity
-from mafsil.ik.tracking import Switch as Switch
 from mafsil.ik.tracking import Track as Track
 from mafsil.ik.tracking import TrackTask as TrackTask
 from mafsil.ik.tracking import track as track

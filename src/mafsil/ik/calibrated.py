@@ -20,7 +20,7 @@ from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
-from mafsil.ik.refine import distinct, refined
+from mafsil.ik.refine import distinct, refine_rows
 from mafsil.ik.result import IKStatus
 from mafsil.ik.structure.analysis import analysis
 from mafsil.ik.tolerances import IDEAL_QUARTIC_REACHED, IDEAL_REACHED, NEARLY_REACHED, SHORTEST
@@ -129,7 +129,7 @@ def _continue(robot: Robot, q: JointVector, T: PoseMatrix) -> tuple[JointVector,
     everything, here = np.ones(6, dtype=np.bool_), q
     while s < 1.0:
         goal = start @ pose.exp(V * min(1.0, s + step))
-        trial, residual = refined(robot, here[None], goal, everything, None)
+        trial, residual = refine_rows(robot, here[None], goal, everything, None)
         if residual[0] <= IDEAL_REACHED and np.abs(trial[0] - here).max() <= LEAP:
             here, s, step = trial[0], min(1.0, s + step), 2 * step
         elif step > SHORTEST:

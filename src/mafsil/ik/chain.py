@@ -87,7 +87,7 @@ class Chain:
             self.reversed,
         )
 
-    def locked(self, k: int, value: float) -> Chain:
+    def lock_joint(self, k: int, value: float) -> Chain:
         """The chain with joint k locked at a value: all joints after it, and the tip, are carried along."""
         E = pose.exp(self.screws[k] * value)
         axes, points = self.axes.copy(), self.points.copy()

@@ -68,7 +68,7 @@ def inverse_kinematics(
         tolerance: largest residual [m | rad] of a solution. Arms with fewer joints than the task has equations meet a
             rounded pose in the sense of least squares; other arms the nearest configuration where there is no exact
             one.
-        degrees: the angles in q0 and in the answer's solutions are in degrees; its sentences and limits stay SI.
+        degrees: the angles in q0 and in the answer's solutions, sentences and tables are in degrees.
 
     Returns:
         For one pose a `SolutionSet`: solutions with branches, families and reasons; where `complete` is set there are
@@ -120,7 +120,7 @@ def _answer(
     if requested.ndim > 2:
         if free is not None:
             raise InputError("redundant.one_pose", shape=requested.shape)
-        return many_poses.solved_batch(arm, membership.mended("pose", "T_sd", requested), others, tolerance)
+        return many_poses.solved_batch(arm, membership.snap_to_kind("pose", "T_sd", requested), others, tolerance)
     if free is None:
         start = arm.middle if q0 is None else arm.part.own(others)
         return one_pose(arm, requested, start, tolerance, others)

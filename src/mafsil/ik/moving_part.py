@@ -37,7 +37,7 @@ class MovingPart:
         """(*batch, m) the part's own of the coordinates (*batch, n) of the whole robot."""
         return q if self.places is None else np.ascontiguousarray(q[..., self.places])
 
-    def lifted(self, q: JointVector, others: JointVector) -> JointVector:
+    def lift(self, q: JointVector, others: JointVector) -> JointVector:
         """(*batch, n) coordinates of the whole robot.
 
         Args:

@@ -64,7 +64,7 @@ def residuals(error: Floats) -> Floats:
     return np.maximum(np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1))
 
 
-def refined(
+def refine_rows(
     robot: Robot,
     q: JointVector,
     T_sd: PoseMatrix,

@@ -42,7 +42,7 @@ class TrackStatus(Status):
 
 
 @dataclass(frozen=True, eq=False)
-class Switch:
+class BranchSwitch:
     """A place where the branch could not be kept.
 
     Attributes:
@@ -125,7 +125,7 @@ class Track(Answer, data="reached times q residual conditioning", entries="q"):
     times: Floats
     residual: Floats
     conditioning: Floats
-    switches: tuple[Switch, ...]
+    switches: tuple[BranchSwitch, ...]
     near_singularities: tuple[NearSingularity, ...]
     reached: int
     stopped_at: float
@@ -227,7 +227,7 @@ class _Tracker:
         self.rows = slice(0 if task == "pose" else 3, 6)
         self.q = np.full((len(poses), robot.n), np.nan)
         self.residual = np.full(len(poses), np.nan)
-        self.switches: list[Switch] = []
+        self.switches: list[BranchSwitch] = []
         problem = problem_of(robot, None, True)
         # Joints that do not move the tip stay where they are: they are no columns of its Jacobian.
         self.moving = problem.part.columns
@@ -310,7 +310,9 @@ class _Tracker:
         """(*batch, 6 or 3, n) what moves the error."""
         return self.robot.jacobian_body(q)[..., self.rows, :]
 
-    def _switch(self, k: int, time: float, q: JointVector, new: JointVector, others: SolutionSet | IKResult) -> Switch:
+    def _switch(
+        self, k: int, time: float, q: JointVector, new: JointVector, others: SolutionSet | IKResult
+    ) -> BranchSwitch:
         """Why the branch ended: a joint at its limit that has to go on, or a singular configuration."""
         limits = self.robot.limits
         ahead = np.linalg.pinv(self._jacobian(q), rcond=SELF_MOTION) @ self._error(q, self.poses[k])
@@ -324,7 +326,7 @@ class _Tracker:
             assert isinstance(before, SolutionSet)
             branches = _branch(before, self.q[k - 1]), _branch(others, new)
         conditioning = float(self._conditioning(q[None])[0])
-        return Switch(k, time, new - q, conditioning, reason, self.robot.joint_names[joint], branches)
+        return BranchSwitch(k, time, new - q, conditioning, reason, self.robot.joint_names[joint], branches)
 
     def _conditioning(self, q: JointVector) -> Floats:
         """(k,) smallest over largest singular value, without those that are zero everywhere."""

@@ -2,8 +2,8 @@ from mafsil.job.description import Job as Job
 from mafsil.job.law_bench import LawBench as LawBench
 from mafsil.job.law_bench import LawResult as LawResult
 from mafsil.job.law_bench import bench_laws as bench_laws
-from mafsil.job.reading import parse as parse
-from mafsil.job.reading import read as read
+from mafsil.job.reading import parse_job as parse_job
+from mafsil.job.reading import read_job as read_job
 from mafsil.job.remark import Refusal as Refusal
 from mafsil.job.run import Run as Run
 from mafsil.job.schema import schema as schema

@@ -14,7 +14,7 @@ import numpy as np
 
 from mafsil.arrays import JointVector
 from mafsil.job.cell_signals import INSTANT, LONGEST_WAIT, CellSignals, assignments, conditions
-from mafsil.job.decision import Decision, decided
+from mafsil.job.decision import Decision, decide_fork
 from mafsil.job.neighbours import MAIN, SECONDS, Neighbour, Neighbourhood
 from mafsil.job.other_robot import OtherMove
 from mafsil.job.other_steps import OtherStep
@@ -226,7 +226,7 @@ class Beside:
         most = standing(program.q, limits).acceleration
         part = TimedArm((rest(program.q, length),), np.array([0.0, length]), (True,), most)
         if move.fork is not None:
-            decision = decided(self.signals.job, move.fork, self.signals, program.clock + length)
+            decision = decide_fork(self.signals.job, move.fork, self.signals, program.clock + length)
             return self._add(program, "if", conditions(move.fork.tests), part, program.q, decision)
         kind = "pause" if move.pause is not None else "set" if move.set else "wait"
         text = assignments(move.set) or conditions(move.wait)
@@ -286,7 +286,7 @@ class Beside:
         rests = any(
             step.kind in ("pause", "set", "wait", "if") for each in self.programs.values() for step in each.steps
         )
-        moment = self.around.unproved(motions) if rests else None
+        moment = self.around.unproved_from(motions) if rests else None
         if moment is not None:
             contact = self.around.contact(motions, moment)
             raise Refused("job.other_meets", time=quantity(moment, "s"), contact=said_of(contact))

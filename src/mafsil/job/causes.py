@@ -15,7 +15,7 @@ from msgspec import structs
 
 from mafsil.errors import MafsilError
 from mafsil.job.plan_simulation import simulate_plan
-from mafsil.job.remark import said
+from mafsil.job.remark import detail_text
 from mafsil.job.remedies import remedy_for
 from mafsil.job.removals import Removal, removals, up_to
 from mafsil.job.run import Run
@@ -47,10 +47,12 @@ class Remedy:
 
     def explain(self, *, language: str | None = None) -> str:
         """What to write or to change, and what came of it."""
-        what = say(self.key, language=language, **{k: said(value, language) for k, value in self.details.items()})
+        what = say(
+            self.key, language=language, **{k: detail_text(value, language) for k, value in self.details.items()}
+        )
         if self.left is None:
             return say("job.remedy_untried", language=language, what=what)
-        return say("job.remedy_proved", language=language, what=what, left=said(self.left, language))
+        return say("job.remedy_proved", language=language, what=what, left=detail_text(self.left, language))
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +70,9 @@ class Cause:
 
     def explain(self, *, language: str | None = None) -> str:
         """The cause in words, with the numbers that prove it, and the remedy."""
-        words = say(self.key, language=language, **{k: said(value, language) for k, value in self.details.items()})
+        words = say(
+            self.key, language=language, **{k: detail_text(value, language) for k, value in self.details.items()}
+        )
         return words if self.remedy is None else f"{words}; {self.remedy.explain(language=language)}"
 
 
@@ -151,12 +155,12 @@ def _is_gone(after: float, before: float) -> bool:
 
 
 def _both(one: Symptom, run: Run, without: Run) -> dict[str, object]:
-    return {"before": one.measured(run), "after": one.measured(without)}
+    return {"before": one.measure(run), "after": one.measure(without)}
 
 
 def _unknown(one: Symptom, run: Run, best: tuple[float, Run] | None, tried: list[str]) -> Cause:
     if best is None:
-        return Cause("job.cause_not_sought", {"before": one.measured(run)})
+        return Cause("job.cause_not_sought", {"before": one.measure(run)})
     return Cause("job.cause_unknown", {**_both(one, run, best[1]), "tried": Listed(tuple(tried))})
 
 
@@ -168,7 +172,7 @@ def _tried_remedy(removal: Removal, explained: list[Symptom], run: Run, without:
             return Remedy(option.key, option.details)
         driven = without if option.removal is removal else again(option.removal)
         if driven is not None and all(one.amount(driven) <= 1.0 for one in explained):
-            return Remedy(option.key, option.details, worst.measured(driven))
+            return Remedy(option.key, option.details, worst.measure(driven))
     return None
 
 
@@ -183,4 +187,4 @@ class Listed:
         return say("job.list_separator", language=language).join(self._words(language))
 
     def _words(self, language: str | None) -> Iterator[str]:
-        return (str(said(key, language)) for key in self.keys)
+        return (str(detail_text(key, language)) for key in self.keys)

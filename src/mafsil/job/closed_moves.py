@@ -85,7 +85,7 @@ class ClosedMoves:
         self.robot, self.chain = robot, ClosedChain(robot)
         self.turns = robot.mechanism.angular
 
-    def closed(self, values: JointVector, near: JointVector, where: object) -> JointVector:
+    def closed_configuration(self, values: JointVector, near: JointVector, where: object) -> JointVector:
         """(n,) the closed configuration in which the driven joints are as given.
 
         Args:
@@ -100,7 +100,7 @@ class ClosedMoves:
         if len(values) == self.chain.n:
             guess, values = values.copy(), values[a]
         guess[a] = values
-        found = self.chain.closed(guess, hold=a, tries=1)
+        found = self.chain.close_loops(guess, hold=a, tries=1)
         if not found:
             raise Refused("job.loops_open", move=where, reason=found)
         return found.q

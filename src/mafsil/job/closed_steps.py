@@ -50,7 +50,7 @@ class ClosedSteps:
                 refusals.append(no)
                 continue
             self.walk.append(index, name, "joint", trajectory, None, target, goal.task, way=way)
-            return self.walk.arrived(index, goal, target)
+            return self.walk.note_arrival(index, goal, target)
         raise refusals[0]
 
     def closed_configurations(self, index: int, task: Task, target: PoseMatrix, near: JointVector) -> list[JointVector]:
@@ -63,7 +63,7 @@ class ClosedSteps:
     def closed_motion(self, index: int, goal: JointVector) -> tuple[Trajectory, WayRound | None]:
         """The driven joints of a mechanism with loops to a goal, through the points on the way, or round obstacles."""
         move, where = self.walk.job.move[index], self.walk.where(index)
-        limits = self.walk.scaled(move)
+        limits = self.walk.scaled_limits(move)
         ways = [coordinates(self.walk.job, self.walk.robot, via) for via in move.via if isinstance(via, tuple)]
         straight = self.loops.motion(self.walk.q, [*ways, goal], self.walk.with_profile(move), limits, where)
         around = self.walk.surroundings
@@ -71,7 +71,7 @@ class ClosedSteps:
             return straight, None
         end, hit = straight.at(straight.duration).u, None
         if move.constraints is None:
-            kept, parts = self.walk.clearance(index, index), self.walk.counted(index, end)
+            kept, parts = self.walk.clearance(index, index), self.walk.parts_in_the_way(index, end)
             hit = around.first_hit(straight, self.walk.load, kept, parts)
             if hit is None:
                 return straight, None

@@ -54,7 +54,7 @@ class Decision:
         }
 
 
-def decided(job: Job, fork: Fork, signals: CellSignals, time: float) -> Decision:
+def decide_fork(job: Job, fork: Fork, signals: CellSignals, time: float) -> Decision:
     """The way that is taken at a fork.
 
     Args:

@@ -73,7 +73,7 @@ class Load:
         return self.equipment.robot
 
 
-def equipped(job: Job, folder: Path) -> Robot:
+def equip_robot(job: Job, folder: Path) -> Robot:
     """The robot of a job, with its locked joints and the tool with which it starts.
 
     Args:
@@ -87,7 +87,7 @@ def equipped(job: Job, folder: Path) -> Robot:
 
 
 def equipment_of(job: Job, folder: Path, places: Places | None = None) -> tuple[Equipment, ...]:
-    """The robot with each tool that the job uses, that of the start first. Errors as for `equipped`, with their line.
+    """The robot with each tool of the job, that of the start first. Errors as for `equip_robot`, with their line.
 
     Args:
         job: the job.
@@ -126,7 +126,7 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
             limits = Limits(lower=track.range[0], upper=track.range[1], **known)
             mechanism = on_track(mechanism, track.direction, limits, f"track_{k + 1}" if k else "track")
         key = "lock"
-        return mechanism.locked(_lock(job, mechanism)) if job.lock else mechanism
+        return mechanism.with_locked_joints(_lock(job, mechanism)) if job.lock else mechanism
     except MafsilError as fault:
         if places is None:
             raise

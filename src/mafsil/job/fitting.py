@@ -14,7 +14,7 @@ from mafsil.ik.problem import reach_bound
 from mafsil.job.closed_moves import limits_of, listed_joints, require_closed_job
 from mafsil.job.description import Grasp, Job, Move, Pose
 from mafsil.job.language.units import angle_unit, length_unit
-from mafsil.job.lines import Path, Places, dotted
+from mafsil.job.lines import Path, Places, dotted_path
 from mafsil.job.remark import Remark
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
@@ -143,7 +143,7 @@ def is_far(robot: Robot, position: JointVector) -> bool:
 
 
 def _suspect(key: str, path: Path, value: str, places: Places) -> Remark:
-    details = {"name": dotted(places.typed(path)), "value": value}
+    details = {"name": dotted_path(places.as_typed(path)), "value": value}
     line = places.line(path)
     return (
         Remark("warning", key, details) if line is None else Remark("warning", f"{key}_line", details | {"line": line})

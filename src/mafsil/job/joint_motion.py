@@ -93,7 +93,7 @@ def _within(
     if move.duration is not None:
         if move.duration < shortest.duration * (1 - 1e-9):
             raise too_fast(where, shortest.duration)
-        motion, binding = shortest.stretched(move.duration / shortest.duration), UNKNOWN
+        motion, binding = shortest.scale_time(move.duration / shortest.duration), UNKNOWN
     verdict = check(motion, limits, tolerance=1e-6)
     if not verdict:
         worst = verdict.violations[0]
@@ -109,7 +109,7 @@ def _shortest(points: Floats, move: Move, limits: JointLimits, where: object) ->
         return _by_law(points, move, limits), UNKNOWN
     if move.profile is None and move.duration is not None:
         quintic = _by_law(points, move, limits)
-        slow = quintic.stretched(max(move.duration / quintic.duration, 1.0))
+        slow = quintic.scale_time(max(move.duration / quintic.duration, 1.0))
         if slow.duration <= move.duration * (1 + PEAK_MARGIN) and check(slow, limits, tolerance=1e-6):
             return quintic, UNKNOWN
     if len(points) == 2 and move.profile is None:
@@ -149,4 +149,4 @@ def _through(points: Floats, limits: JointLimits) -> PiecewisePolynomial:
     fast = (np.abs(motion.v) / limits.velocity).max()
     hard = np.sqrt((np.abs(motion.a) / limits.acceleration).max())
     stretch = float(max(fast, hard)) * 1.001
-    return curve.stretched(stretch) if stretch > 0.0 else curve
+    return curve.scale_time(stretch) if stretch > 0.0 else curve

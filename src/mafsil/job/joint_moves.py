@@ -68,7 +68,7 @@ class JointMoves:
                 return motion_on_path(robot, around, move, limits, where)
             return joint_motion(robot, points, timed, limits, where)
 
-        limits = self.walk.scaled(move)
+        limits = self.walk.scaled_limits(move)
         planned = within(limits)
         if move.profile is not None or around is not None:
             self.walk.remarks += decided_by(robot, planned.binding, where)
@@ -98,7 +98,7 @@ class JointMoves:
         move, around, where = walk.job.move[index], walk.surroundings, walk.where(index)
         if around is None or not (self.goes_round(index) or move.constraints is not None):
             return None
-        clearance, parts = walk.clearance(index, index), walk.counted(index, goal)
+        clearance, parts = walk.clearance(index, index), walk.parts_in_the_way(index, goal)
         constraints: tuple[Constraint, ...] = ()
         if move.constraints is not None:
             if np.abs(goal - walk.q).max(initial=0.0) < STILL:

@@ -21,10 +21,10 @@ from mafsil.control.contact import (
 )
 from mafsil.control.laws import (
     AdaptiveControl,
-    Around,
     Combined,
     ComputedTorque,
     JointFeedback,
+    LawWrapper,
     LinearQuadratic,
     SlidingMode,
     TaskComputedTorque,
@@ -136,7 +136,7 @@ def _own(run: Run, driven: Driven) -> Iterator[Condition]:
 
 def parts_of(law: Law) -> Iterator[Law]:
     """A law's parts: of sums, of laws behind a delay or an inner loop, of those that a contact parts."""
-    if isinstance(law, Around):
+    if isinstance(law, LawWrapper):
         yield from parts_of(law.law)
     elif isinstance(law, Combined):
         for part in law.laws:

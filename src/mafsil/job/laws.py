@@ -12,9 +12,9 @@ from mafsil.control import (
     Gains,
     Law,
     adaptive_control,
-    combined,
+    add_delay,
+    combine,
     computed_torque,
-    delayed,
     encoder_loop,
     feedforward,
     friction_compensation,
@@ -67,11 +67,11 @@ def law_of(job: Job, model: Robot, trajectory: Trajectory, plant: Plant) -> Law:
     else:
         law = _MAKERS[job.controller.kind](job, model, trajectory)
     if job.controller.friction and job.controller.kind not in COMPENSATING:
-        law = combined(law, friction_compensation(model))
+        law = combine(law, friction_compensation(model))
     seen = job.simulation.noise
     if seen.resolution or seen.filter_time:
         law = encoder_loop(law, seen.resolution, filter_time=seen.filter_time)
-    return delayed(law, job.controller.delay) if job.controller.delay else law
+    return add_delay(law, job.controller.delay) if job.controller.delay else law
 
 
 def compensates_friction(job: Job) -> bool:
@@ -112,7 +112,7 @@ def _pid(job: Job, model: Robot, trajectory: Trajectory) -> Law:
 
 def _feedforward(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     kp, kd = _pd(job, model, trajectory)
-    return combined(feedforward(model, friction=compensates_friction(job)), pid(model.n, kp, kd))
+    return combine(feedforward(model, friction=compensates_friction(job)), pid(model.n, kp, kd))
 
 
 def _sliding_mode(job: Job, model: Robot, trajectory: Trajectory) -> Law:

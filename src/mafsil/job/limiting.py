@@ -66,7 +66,7 @@ class NamedLimit:
         return say("job.limit_of", language=language, quantity=name, joint=self.joint) if self.joint else name
 
 
-def named(robot: Robot, quantity: str, joint: int) -> NamedLimit:
+def name_limit(robot: Robot, quantity: str, joint: int) -> NamedLimit:
     """A limit by the name of its joint.
 
     Args:
@@ -87,7 +87,7 @@ def would_save(robot: Robot, limits: tuple[CycleLimit, ...], cycle: float) -> li
     if not limits or not limits[0].saved >= NOTABLE * cycle:
         return []
     best = limits[0]
-    limit = named(robot, best.quantity, best.joint)
+    limit = name_limit(robot, best.quantity, best.joint)
     saved = quantity(best.saved, "s")
     return [Remark("good", "job.would_save", {"more": digits(100 * MORE), "limit": limit, "saved": saved})]
 

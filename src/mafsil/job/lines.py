@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from mafsil.errors import FileError, JobError, MafsilError
 from mafsil.job.description import Cell, Job
-from mafsil.job.remark import said
+from mafsil.job.remark import detail_text
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 
@@ -24,7 +24,9 @@ class BilingualJobError(JobError):
 
     def message(self, language: str | None = None) -> str:
         """The sentence, in the given language (`en`, `ar`) or the current one."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
+        return say(
+            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
+        )
 
 
 class BilingualFileError(FileError):
@@ -32,7 +34,9 @@ class BilingualFileError(FileError):
 
     def message(self, language: str | None = None) -> str:
         """The sentence, in the given language (`en`, `ar`) or the current one."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
+        return say(
+            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +80,7 @@ class Places:
         Args:
             path: keys and indices, such as ("move", 2, "pose", "position").
         """
-        path = self.typed(path)
+        path = self.as_typed(path)
         if self._include(path) is not None:
             return None
         for length in range(len(path), 0, -1):
@@ -96,7 +100,7 @@ class Places:
             return places.error(key, keys, **details)
         line = self.line(path)
         place = f"{self.source}:{line}" if line else self.source
-        return BilingualJobError(key, place=place, name=dotted(self.typed(path)), line=line, **details)
+        return BilingualJobError(key, place=place, name=dotted_path(self.as_typed(path)), line=line, **details)
 
     def of_file(self, fault: MafsilError, path: Path) -> FileError:
         """The complaint about another file, with the place of the key that names it.
@@ -116,14 +120,14 @@ class Places:
                     return Places(cell.text, cell.source), (*there, *path[len(here) :])
         return None
 
-    def typed(self, path: Path) -> Path:
+    def as_typed(self, path: Path) -> Path:
         """Keys of a move as they are typed in the file."""
         if self._origins and len(path) > 1 and path[0] == "move" and isinstance(path[1], int):
             return (*self._origins[path[1]], *path[2:])
         return path
 
 
-def dotted(path: Path) -> str:
+def dotted_path(path: Path) -> str:
     """`move[3].pose`, counting from 1 as people do."""
     text = ""
     for step in path:

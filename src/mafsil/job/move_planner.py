@@ -15,7 +15,7 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.closed_steps import ClosedSteps
 from mafsil.job.configurations import Configurations
-from mafsil.job.decision import Decision, decided
+from mafsil.job.decision import Decision, decide_fork
 from mafsil.job.description import TIP_PATHS, Goal, Grasp, Job, Move
 from mafsil.job.equipment import Equipment, Load
 from mafsil.job.fitting import coordinates, hand_fault
@@ -121,7 +121,7 @@ class _Planner:
             place = starting_place(walk.robot)
             values = place if given.joints is None else coordinates(self.job, walk.robot, given.joints)
             if given.pose is None:
-                walk.q = self.closed.loops.closed(values, place, walk.where(-1))
+                walk.q = self.closed.loops.closed_configuration(values, place, walk.where(-1))
             else:
                 T = pose_matrix(given.pose, degrees=walk.degrees)
                 walk.q = self.closed.closed_configurations(-1, given.pose.task, T, place)[0]
@@ -213,7 +213,7 @@ class _Planner:
     def require_standing(self, key: str, index: int) -> None:
         """A start, or a tool, that meets something as soon as it is there is refused."""
         walk, around = self.walk, self.walk.surroundings
-        parts = walk.counted(index, walk.q)
+        parts = walk.parts_in_the_way(index, walk.q)
         if around is not None and not around.is_free(walk.q, walk.load, None, parts):
             checker = around.checker(walk.load, None, parts)
             contact = checker.check(walk.q).contacts[0]
@@ -232,7 +232,7 @@ class _Planner:
         configuration = configuration if way is None else way.plan.path[-1]
         walk.append(index, name, "joint", trajectory, timing, target, goal.task, way=way)
         walk.q = configuration
-        walk.arrived(index, goal, target)
+        walk.note_arrival(index, goal, target)
 
 
 class SignalMoves:
@@ -312,7 +312,7 @@ class SignalMoves:
             raise Refused("job.frame_waits", move=walk.where(index), frame=visible(self.on_frames.name))
         if others is not None:
             others.settle(walk.motion(), fork.tests, walk.past + pause)
-        decision = decided(walk.job, fork, walk.signals, walk.past + pause)
+        decision = decide_fork(walk.job, fork, walk.signals, walk.past + pause)
         self.rest(index, name or conditions(fork.tests), "if", pause, decision=decision)
         return index + 1 + (0 if decision.holds else fork.skip)
 

@@ -241,7 +241,7 @@ class Neighbourhood:
             velocity=limits.velocity[1, columns], acceleration=limits.acceleration[1, columns],
         )  # fmt: skip
 
-    def unproved(self, motions: Mapping[str, TimedArm]) -> float | None:
+    def unproved_from(self, motions: Mapping[str, TimedArm]) -> float | None:
         """From when on motions of all are not proved to keep the clearance; None where all of it is [s]."""
         return unproved_moment(self.cell, motions, {})
 
@@ -271,7 +271,7 @@ class Neighbourhood:
 
     def contact(self, motions: Mapping[str, TimedArm], time: float) -> ContactPair:
         """The two bodies that are nearest at a moment [s]."""
-        q = self.cell.joined({name: motion.at(time) for name, motion in motions.items()})
+        q = self.cell.join({name: motion.at(time) for name, motion in motions.items()})
         return next(iter(self.cell.distance(q)))
 
     def clearances(
@@ -286,7 +286,7 @@ class Neighbourhood:
             stays: parts that stand in the scene for a time.
         """
         places = {name: motion.at(t) for name, motion in motions.items() if name != MAIN}
-        rows = self.cell.joined({MAIN: q, **places})
+        rows = self.cell.join({MAIN: q, **places})
         there = np.array([(each.put <= t) & (t < each.taken) for each in stays]).reshape(len(stays), len(t))
         changes = np.flatnonzero((there[:, 1:] != there[:, :-1]).any(axis=0)) + 1
         for some in np.split(np.arange(len(t)), changes):

@@ -134,7 +134,7 @@ class PlacedParts:
             self.stays = tuple(replace(each, taken=time) if each.body is here.body else each for each in self.stays)
         return self._held
 
-    def counted(self, coming: Grasp | None = None, T_tip: PoseMatrix | None = None) -> tuple[PlacedPart, ...]:
+    def counted_parts(self, coming: Grasp | None = None, T_tip: PoseMatrix | None = None) -> tuple[PlacedPart, ...]:
         """The parts that count for the next motion.
 
         Args:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.cell_signals import CellSignals
-from mafsil.job.decision import Decision, decided
+from mafsil.job.decision import Decision, decide_fork
 from mafsil.job.description import Task
 from mafsil.job.equipment import Load
 from mafsil.job.neighbours import NeighbourMotion
@@ -128,7 +128,7 @@ class Plan:
                 signals.put(time + after * float(duration) / leg.trajectory.duration, values)
             time += float(duration)
             if leg.decision is not None:
-                again = decided(signals.job, leg.decision.fork, signals, time)
+                again = decide_fork(signals.job, leg.decision.fork, signals, time)
                 if again.holds is not leg.decision.holds:
                     return float("nan")
             if leg.kind == "set":

@@ -13,7 +13,7 @@ from warnings import catch_warnings
 import numpy as np
 
 from mafsil.arrays import JointVector
-from mafsil.control import combined
+from mafsil.control import combine
 from mafsil.control.laws import LawFunction, LawMemory
 from mafsil.errors import InputWarning, JobError
 from mafsil.job.arrival import arrival
@@ -48,8 +48,8 @@ from mafsil.simulation.closed_plant import plant_of
 from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.fused import WORTH, can_fuse
 from mafsil.simulation.kinematic_run import as_planned
-from mafsil.simulation.recording import joined
-from mafsil.simulation.scaled_gains import scaled
+from mafsil.simulation.recording import join_recordings
+from mafsil.simulation.scaled_gains import scale_gains
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
 from mafsil.trajectory import Motion
 
@@ -122,7 +122,7 @@ def simulate_plan(
         recordings, driven = _record(
             job, plan, list(zip(planned, models, plants, strict=True)), method, progress, live, difference
         )
-    recording = joined(recordings)
+    recording = join_recordings(recordings)
     timed = Deadlines.of(recording.metadata)
     if timed is not None:
         remark = (*remark, Remark("warning" if timed.missed else "good", "job.deadlines", {"deadlines": timed}))
@@ -140,7 +140,7 @@ def simulate_plan(
 
 def _as_planned(job: Job, plan: Plan, log: str | os.PathLike[str] | None) -> Recording:
     """The recording of an arm that follows its plan exactly; also in a log, if one is asked for."""
-    tape = joined([as_planned(one.load.robot, one.trajectory, control_period(job)) for one in stretches(plan)])
+    tape = join_recordings([as_planned(one.load.robot, one.trajectory, control_period(job)) for one in stretches(plan)])
     if log is not None:
         with LiveLog(log, plan.duration) as live:
             live.begin(tape.metadata)
@@ -261,12 +261,12 @@ def _scenario(
     law = law_of(job, model, stretch.trajectory, plant)
     known = _acting(_processes(job, plan, known=True), stretch)
     if known and job.controller.kind not in TIP_LAWS:
-        law = combined(law, _compensation(model, known))
+        law = combine(law, _compensation(model, known))
     noisy = noise.position > 0.0 or noise.velocity > 0.0
     return Scenario(
         robot=model,
         trajectory=stretch.trajectory,
-        law=law if difference.gain == 1.0 else scaled(law, np.array(difference.gain)),
+        law=law if difference.gain == 1.0 else scale_gains(law, np.array(difference.gain)),
         plant=plant,
         q=past[-1].q[-1] if past else None,
         qd=past[-1].qd[-1] if past else None,

@@ -95,7 +95,7 @@ def tight_limits(found: Sequence[Tight]) -> list[Remark]:
     return remarks
 
 
-def slowed(robot: Robot, line: TipMotion, where: Where) -> list[Remark]:
+def slowed_lines(robot: Robot, line: TipMotion, where: Where) -> list[Remark]:
     """A line that the joints slow down: where, which joint, how much."""
     slow = line.slowest
     if slow is None or line.configuration is None or max(line.factor, slow.factor / NOTABLE) <= SLOW:

@@ -11,10 +11,10 @@ import msgspec
 
 from mafsil.job import lines
 from mafsil.job.description import Job, SceneFile
-from mafsil.job.language import JobFile, in_si, require_signals, resolved, substituted, with_cells
+from mafsil.job.language import JobFile, fill_variables, in_si, require_signals, resolve, with_cells
 from mafsil.job.language.constraint_checks import require_keepable
 from mafsil.job.language.frames import Complaint
-from mafsil.job.language.key_checks import refuse_not_finite, refuse_unknown, require_keys, translated
+from mafsil.job.language.key_checks import refuse_not_finite, refuse_unknown, require_keys, translate_complaint
 from mafsil.job.language.move_checks import check_statements
 from mafsil.job.language.order_checks import require_grips, require_order
 from mafsil.job.language.other_programs import check_programs, other_robots
@@ -24,7 +24,7 @@ from mafsil.job.text import tables_of, text_of
 from mafsil.messages.visible import visible
 
 
-def read(path: str | PathLike[str]) -> Job:
+def read_job(path: str | PathLike[str]) -> Job:
     """The job in a file.
 
     Args:
@@ -35,10 +35,10 @@ def read(path: str | PathLike[str]) -> Job:
         JobError: a key is unknown, missing, of the wrong type or out of range.
     """
     place = Path(path)
-    return parse(text_of(place), source=place.name, folder=place.parent)
+    return parse_job(text_of(place), source=place.name, folder=place.parent)
 
 
-def parse(
+def parse_job(
     text: str,
     source: str = "<text>",
     variables: Mapping[str, object] | None = None,
@@ -61,11 +61,11 @@ def parse(
     place = Path(folder or "")
     data, cells = with_cells(data, place, lines.Places(text, visible(source)))
     places = lines.Places(text, visible(source), cells=cells)
-    data = substituted(data, variables or {}, places.error)
+    data = fill_variables(data, variables or {}, places.error)
     file = _check(data, places.error)
     metric = in_si(file, data)
     others = other_robots(metric.other_robot, places.error)
-    job = msgspec.structs.replace(resolved(metric, others, place, places.error), cells=cells)
+    job = msgspec.structs.replace(resolve(metric, others, place, places.error), cells=cells)
     if not job.move:
         raise places.error("job.no_moves", ("move",))
     require_order(job, places.of(job).error)
@@ -75,14 +75,14 @@ def parse(
 
 
 def parse_scene(text: str, source: str = "<text>") -> SceneFile:
-    """Obstacles from a text: `[[obstacle]]` tables as in job files; arguments and errors as `parse`."""
+    """Obstacles from a text: `[[obstacle]]` tables as in job files; arguments and errors as `parse_job`."""
     data, places = tables_of(text, source), lines.Places(text, visible(source))
     refuse_unknown(data, SceneFile, (), places.error)
     require_keys(data, SceneFile, (), places.error)
     try:
         found = msgspec.convert(data, SceneFile, strict=True)
     except msgspec.ValidationError as error:
-        raise translated(error, data, places.error) from None
+        raise translate_complaint(error, data, places.error) from None
     refuse_not_finite(data, (), places.error)
     check_obstacles(found.obstacle, data["obstacle"], places.error)
     return in_si(found, data)
@@ -95,7 +95,7 @@ def _check(data: dict[str, Any], error: Complaint) -> JobFile:
     try:
         file = msgspec.convert(data, JobFile, strict=True)
     except msgspec.ValidationError as found:
-        raise translated(found, data, error) from None
+        raise translate_complaint(found, data, error) from None
     refuse_not_finite(data, (), error)
     for name in ("frame", "pose", "pattern"):
         for each, placed in getattr(file, name).items():

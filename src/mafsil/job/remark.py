@@ -43,7 +43,9 @@ class Remark:
 
     def sentence(self, language: str | None = None) -> str:
         """The sentence, in `en` or `ar` or the current language."""
-        what = say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
+        what = say(
+            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
+        )
         if self.cause is None:
             return what
         return say("job.with_cause", language=language, what=what, cause=self.cause.explain(language=language))
@@ -84,7 +86,9 @@ class Refusal(Answer):
 
     def explain(self, language: str | None = None) -> str:
         """Which move, and why."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
+        return say(
+            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +119,7 @@ class Refused(Exception):
         self.refusal = Refusal(key, details)
 
 
-def said(value: object, language: str | None) -> object:
+def detail_text(value: object, language: str | None) -> object:
     """A detail of a sentence: a text `@area.name` is itself a key, an object that explains itself is asked to."""
     if isinstance(value, str) and value.startswith("@"):
         return say(value[1:], language=language)

@@ -57,7 +57,7 @@ def _against_limit(removal: Removal, run: Run, plan: Plan) -> Iterator[Option]:
     factor = next((k for k, share in zip(SLOWER, shares, strict=True) if share[1] <= ROOM), None)
     if factor is not None:
         words = {"share": quantity(1.0 / factor, "share")}
-        slow = slowed(plan, factor)
+        slow = slow_moves(plan, factor)
         yield Option("job.remedy_slower", words, None if slow is None else Removal("slower", run.job, plan=slow))
     joint, still = _effort_share(run, plan, np.inf)
     if still > 1.0:
@@ -147,7 +147,7 @@ def _softer(run: Run) -> Option:
     return Option("job.remedy_softer", {"share": quantity(1.0 / STIFFER, "share")}, soft)
 
 
-def slowed(plan: Plan, factor: float) -> Plan | None:
+def slow_moves(plan: Plan, factor: float) -> Plan | None:
     """The plan with moves so many times as slow; None where one of them cannot be stretched.
 
     Args:
@@ -159,7 +159,7 @@ def slowed(plan: Plan, factor: float) -> Plan | None:
         if leg.timing is None:
             legs.append(leg)
         elif isinstance(leg.trajectory, Stretchable):
-            legs.append(replace(leg, trajectory=leg.trajectory.stretched(factor)))
+            legs.append(replace(leg, trajectory=leg.trajectory.scale_time(factor)))
         else:
             return None
     return replace(plan, legs=tuple(legs))

@@ -60,7 +60,7 @@ def resting_configuration(mechanism: Mechanism) -> JointVector:
     q = resting_place(mechanism.limits)
     if not mechanism.loops:
         return q
-    found = parallel.ClosedChain(mechanism).closed(q)
+    found = parallel.ClosedChain(mechanism).close_loops(q)
     if not found:
         raise ModelError("robot.loops_never", robot=mechanism.name, why=found.explain())
     return np.asarray(found.q)

@@ -26,7 +26,7 @@ from mafsil.job.move_planner import plan
 from mafsil.job.named_files import with_files
 from mafsil.job.neighbours import neighbours_of
 from mafsil.job.plan import Plan
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.remark import Refusal, Remark
 from mafsil.job.run import Run
 from mafsil.job.searching import known_stops
@@ -36,7 +36,7 @@ from mafsil.job.variation import JobVariation
 from mafsil.job.variation_table import SPREADS, Normal, VariationTable
 from mafsil.robot import Robot
 from mafsil.simulation import Normal as DrawnNormal
-from mafsil.simulation import Scenario, Variation, cluster_of, monte_carlo
+from mafsil.simulation import Scenario, Variation, cluster_executor, monte_carlo
 from mafsil.simulation.run import Progress
 from mafsil.simulation.stepping import DEFAULT, IMPLICIT_FRICTION, STIFF
 
@@ -169,7 +169,7 @@ def solve_file(
     place = Path(path)
     text = text_of(place)
     home = place.parent if folder is None else Path(folder)
-    job = simulated_by(parse(text, place.name, folder=home), plant, real_time=real_time)
+    job = simulated_by(parse_job(text, place.name, folder=home), plant, real_time=real_time)
     return solve(job, text, home, source=place.name, log=log, cluster=cluster)
 
 
@@ -253,7 +253,7 @@ def vary(run: Run, *, cluster: str | None = None, progress: Progress | None = No
     variation = Variation(**{name: _spread(getattr(asked, name)) for name in SPREADS})
     legs = [k for k, leg in enumerate(run.plan.legs) if goal_of(leg) is not None]
     marks = np.minimum([float(run.plan.starts[k + 1]) for k in legs], sum(each.ticks()[-1] for each in scenarios))
-    with cluster_of(cluster) as executor:
+    with cluster_executor(cluster) as executor:
         drawn = monte_carlo(
             _stable(run.job, scenarios, asked), variation, asked.runs, seed=asked.seed, bound=asked.bound,
             marks=marks, executor=executor, progress=progress,

@@ -14,7 +14,7 @@ from mafsil.answer import Answer
 from mafsil.errors import InputError
 from mafsil.job.drive import drive
 from mafsil.job.judgement import summary
-from mafsil.job.reading import parse
+from mafsil.job.reading import parse_job
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
 from mafsil.job.solve import plan_searches, prepare
@@ -145,7 +145,7 @@ def sweep(
     cases: list[Case] = []
     for values in product(*grid.values()):
         named = dict(zip(grid, values, strict=True))
-        job = parse(text, source, named, folder=folder)
+        job = parse_job(text, source, named, folder=folder)
         planned = prepare(job, text, folder, None, source)
         plan = planned if isinstance(planned, Refusal) else planned[1]
         if simulate and not isinstance(planned, Refusal):

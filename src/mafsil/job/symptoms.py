@@ -40,7 +40,7 @@ class Symptom(Protocol):
         """
         ...
 
-    def measured(self, run: Run) -> str:
+    def measure(self, run: Run) -> str:
         """The same in words, or a key of the catalogue.
 
         Args:
@@ -59,7 +59,7 @@ class EndedEarly:
         """Nothing or everything."""
         return 0.0 if run.recording.status.succeeded else float("inf")
 
-    def measured(self, run: Run) -> str:
+    def measure(self, run: Run) -> str:
         """Whether it came to its end."""
         return "@job.run_ends" if run.recording.status.succeeded else "@job.run_stops"
 
@@ -75,7 +75,7 @@ class GivenWay:
         """As share of what counts as giving way."""
         return float(beyond_plan(run)[self.joint] / _way(run)[self.joint])
 
-    def measured(self, run: Run) -> str:
+    def measure(self, run: Run) -> str:
         """How far beyond."""
         return joint_quantity(run, self.joint, float(beyond_plan(run)[self.joint]))
 
@@ -97,7 +97,7 @@ class Missed:
         judged = self._judge(run)
         return float("inf") if judged is None else judged.share
 
-    def measured(self, run: Run) -> str:
+    def measure(self, run: Run) -> str:
         """The error that was the largest share of its tolerance in the run that missed."""
         judged = self._judge(run)
         if judged is None:
@@ -130,7 +130,7 @@ class LimitBroken:
         """The excess over the limit, as share of what makes it a failure."""
         return (self._share(run) - 1.0) / (BROKEN - 1.0)
 
-    def measured(self, run: Run) -> str:
+    def measure(self, run: Run) -> str:
         """The excess in per cent of the limit."""
         return quantity(max(self._share(run) - 1.0, 0.0), "share")
 

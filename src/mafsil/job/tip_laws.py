@@ -13,7 +13,7 @@ from mafsil.control import (
     Law,
     TaskCoordinates,
     admittance_control,
-    combined,
+    combine,
     hybrid_control,
     impedance_control,
     null_space_feedback,
@@ -59,7 +59,7 @@ def tip_law(job: Job, model: Robot, trajectory: Trajectory, plant: Plant) -> Law
     law = _MAKERS[job.controller.kind](job, model, trajectory, plant, task)
     if model.n <= len(task.rows) or job.controller.kind == "task_computed_torque":
         return law
-    return combined(law, null_space_feedback(model, coordinates=task))
+    return combine(law, null_space_feedback(model, coordinates=task))
 
 
 def _coordinates(model: Robot, trajectory: Trajectory) -> TaskCoordinates:
@@ -152,7 +152,7 @@ def _pressing(
     shifts = [k for k, row in enumerate(task.rows) if row >= 3]
     return ContactSwitch(
         free=free,
-        touching=force if slowing is None else combined(force, TipDamping(model, task, slowing)),
+        touching=force if slowing is None else combine(force, TipDamping(model, task, slowing)),
         intended=lambda t: all(face.depth(tip(t).pose) > -REACHED for face in normals),
         sensor=sensor,
         direction=lambda t: -along(tip(t).pose)[:, shifts],

@@ -22,7 +22,7 @@ from mafsil.trajectory.profiles import rest
 from mafsil.trajectory.profiles.laws import rest_law
 from mafsil.trajectory.splines import PiecewisePolynomial
 from mafsil.trajectory.timing.path_following import follow
-from mafsil.trajectory.timing.path_timing import Slowest, dilated, slowest
+from mafsil.trajectory.timing.path_timing import Slowest, dilate_time, slowest
 from mafsil.trajectory.tolerances import ROUNDING
 
 SHORTEST = 1e-3
@@ -144,14 +144,14 @@ def _by_law(
     """The path by the time law of the move, a quintic if it names none, slower where joints need more time."""
     rate, growth = tip_rates(path, bounds, move)
     brisk = PathMotion(joints, time_law(rate, growth, move))
-    uniform = brisk.stretched(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))
+    uniform = brisk.scale_time(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))
     if move.duration is not None and move.duration >= uniform.duration:
-        return TipMotion(uniform.stretched(move.duration / uniform.duration), move.duration)
-    motion = dilated(brisk, limits, growth)
+        return TipMotion(uniform.scale_time(move.duration / uniform.duration), move.duration)
+    motion = dilate_time(brisk, limits, growth)
     if move.duration is not None:
         if move.duration < motion.duration * (1 - 1e-9):
             raise too_fast(where, motion.duration)
-        motion = motion.stretched(move.duration / motion.duration)
+        motion = motion.scale_time(move.duration / motion.duration)
     return _judge(robot, motion, brisk, limits)
 
 
@@ -177,7 +177,7 @@ def _quickest(
     if move.duration is not None:
         if move.duration < motion.duration * (1 - 1e-9):
             raise too_fast(where, motion.duration)
-        return TipMotion(motion.stretched(move.duration / motion.duration), move.duration)
+        return TipMotion(motion.scale_time(move.duration / motion.duration), move.duration)
     law = rest_law("trapezoid")
     rate, growth = tip_rates(path, bounds, move)
     brisk = PathMotion(joints, law.fastest(np.zeros(1), np.ones(1), velocity=rate, acceleration=growth))

@@ -16,7 +16,7 @@ from mafsil.geometry import rotation
 from mafsil.job.closed_moves import ClosedMoves
 from mafsil.job.description import JOINT_BOUNDS, TIP_BOUNDS, Bounds, Move, Pose
 from mafsil.job.goals import FIXES
-from mafsil.job.planned_remarks import decided_by, slowed
+from mafsil.job.planned_remarks import decided_by, slowed_lines
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Refused
 from mafsil.job.timing import Timing
@@ -54,7 +54,7 @@ class TipMoves:
             raise planned
         goal, where = moves[last].pose, self.walk.where(last)
         assert goal is not None
-        self.walk.remarks += slowed(self.walk.robot, planned, where)
+        self.walk.remarks += slowed_lines(self.walk.robot, planned, where)
         if moves[last].profile is not None or moves[last].path == "spline" or first < last:
             self.walk.remarks += decided_by(self.walk.robot, planned.binding, where)
         targets = self.walk.targets(first, last, self.walk.q)
@@ -62,7 +62,7 @@ class TipMoves:
         kind = moves[last].path if first == last else "blended"
         name, timing = visible(moves[last].name), self.timing_on_path(first, last, planned)
         self.walk.append(last, name, kind, planned.trajectory, timing, target, goal.task, first=first, targets=targets)
-        self.walk.arrived(last, goal, target)
+        self.walk.note_arrival(last, goal, target)
         return last
 
     def last(self, first: int) -> int:
@@ -74,7 +74,7 @@ class TipMoves:
     def line(self, first: int, last: int, q: JointVector) -> TipMotion | Refused:
         """The motion along the paths of some moves from q; planned once."""
         moves, targets = self.walk.job.move[first : last + 1], self.walk.targets(first, last, q)
-        asked = self.asked(first, last)
+        asked = self.merge_moves(first, last)
         key = (
             self.walk.load.equipment,
             q.tobytes(),
@@ -86,7 +86,7 @@ class TipMoves:
             start = np.asarray(self.walk.robot.forward_kinematics(q))
             try:
                 path = path_or_refusal(start, moves, targets, self.walk.degrees, where)
-                limits, slack = self.walk.scaled(asked), self.slack(last)
+                limits, slack = self.walk.scaled_limits(asked), self.slack(last)
                 self.lines[key] = self.motion(
                     self.walk.robot, q, path, self.walk.bounds(asked), asked, limits, slack, where
                 )
@@ -94,7 +94,7 @@ class TipMoves:
                 return no
         return self.lines[key]
 
-    def asked(self, first: int, last: int) -> Move:
+    def merge_moves(self, first: int, last: int) -> Move:
         """Some moves without a stop between as one: the lowest of their limits, limited jerk if one asks for it."""
         moves = self.walk.job.move[first : last + 1]
         smooth = any(move.profile == "jerk_limited" for move in moves)
@@ -106,14 +106,14 @@ class TipMoves:
 
     def timing_on_path(self, first: int, last: int, planned: TipMotion) -> Timing | None:
         """What limits a motion along a path of the tip; None where the path leads nowhere."""
-        along, asked, where = planned.along, self.asked(first, last), self.walk.where(last)
+        along, asked, where = planned.along, self.merge_moves(first, last), self.walk.where(last)
         if along is None:
             return None
 
         def again(limits: JointLimits, bounds: Bounds) -> float:
             return motion_along(self.walk.robot, *along, bounds, asked, limits, where).trajectory.duration
 
-        return Timing(self.walk.scaled(asked), self.walk.bounds(asked), asked.speed, again)
+        return Timing(self.walk.scaled_limits(asked), self.walk.bounds(asked), asked.speed, again)
 
     def slack(self, index: int) -> float:
         """How far from what it can reach a line may lead an arm that has fewer joints than its task needs."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mafsil.collision import Checker
-from mafsil.collision.pairs import Reason
+from mafsil.collision.pairs import SkipReason
 from mafsil.job.description import Job
 from mafsil.job.equipment import Load
 from mafsil.job.plan import Leg
@@ -17,13 +17,13 @@ from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
 
-SAMPLED = (Reason.ALWAYS, Reason.OFTEN)
+SAMPLED = (SkipReason.ALWAYS, SkipReason.OFTEN)
 """Why pairs are left out that neither a joint nor a file nor the user names."""
 BARE = 1e-3
 """A tool's tip farther from the flange than this has something between that takes room [m]."""
 
 
-def unchecked(job: Job, first: Load, legs: Sequence[Leg], around: Surroundings | None) -> list[Remark]:
+def unchecked_remarks(job: Job, first: Load, legs: Sequence[Leg], around: Surroundings | None) -> list[Remark]:
     """What nobody looked at: the robot against itself or anything else, bare tools, the ends of joints.
 
     Args:

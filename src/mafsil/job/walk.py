@@ -28,7 +28,7 @@ from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.remark import Refused, Remark, said_of
 from mafsil.job.surroundings import RESTS, Surroundings, WayRound, why_not_itself
 from mafsil.job.timing import Timing
-from mafsil.job.unchecked import unchecked
+from mafsil.job.unchecked import unchecked_remarks
 from mafsil.messages.quantities import quantity
 from mafsil.model import JointLimits
 from mafsil.planning import TimedArm
@@ -88,17 +88,17 @@ class Walk:
         return Plan(
             start=self.origin,
             legs=tuple(self.legs),
-            remarks=(*self.remarks, *tight_limits(self.tight), *self.unchecked()),
+            remarks=(*self.remarks, *tight_limits(self.tight), *self.unchecked_remarks()),
             made=self.made,
             surroundings=self.surroundings,
             neighbours=self.beside,
             signals=self.signals if self.signals.names else None,
         )
 
-    def unchecked(self) -> list[Remark]:
+    def unchecked_remarks(self) -> list[Remark]:
         """What nobody looked at."""
         first = next(iter(self.tools.values()))
-        return unchecked(self.job, Load(first), self.legs, self.surroundings)
+        return unchecked_remarks(self.job, Load(first), self.legs, self.surroundings)
 
     @property
     def robot(self) -> Robot:
@@ -165,17 +165,19 @@ class Walk:
     def is_free(self, q: JointVector, index: int) -> bool:
         """Whether a configuration keeps the clearance of a move."""
         around = self.surroundings
-        return around is None or around.is_free(q, self.load, self.clearance(index, index), self.counted(index, q))
+        return around is None or around.is_free(
+            q, self.load, self.clearance(index, index), self.parts_in_the_way(index, q)
+        )
 
     def is_blocked(self, index: int, q: JointVector) -> bool:
         """Whether a move of all joints straight to q meets something that it is not to go round."""
         around, move = self.surroundings, self.job.move[index]
         if index < 0 or around is None or move.path != "joint" or move.via or move.constraints or self.avoids(index):
             return False
-        checker = around.checker(self.load, self.clearance(index, index), self.counted(index, q))
+        checker = around.checker(self.load, self.clearance(index, index), self.parts_in_the_way(index, q))
         return not checker.check_path(self.q, q)
 
-    def counted(self, index: int, q: JointVector) -> tuple[PlacedPart, ...]:
+    def parts_in_the_way(self, index: int, q: JointVector) -> tuple[PlacedPart, ...]:
         """The parts put down before that a motion of move `index` to q has to keep away from.
 
         Only where the job speaks of what the robot may meet: a few sizes of parts do not describe a cell.
@@ -186,12 +188,12 @@ class Walk:
         while k < len(self.job.move) and (move := self.job.move[k]).stays and not (move.pick or move.place):
             k += 1 + move.skip
         coming = self.job.move[k].pick if k < len(self.job.move) else None
-        return self.parts.counted(coming, np.asarray(self.robot.forward_kinematics(q)))
+        return self.parts.counted_parts(coming, np.asarray(self.robot.forward_kinematics(q)))
 
     def meets(self, first: int, last: int, trajectory: Trajectory) -> bool:
         """Whether a motion of some moves without a stop between does not keep their clearance."""
         around, kept = self.surroundings, self.clearance(first, last)
-        parts = self.counted(last, trajectory.at(trajectory.duration).u)
+        parts = self.parts_in_the_way(last, trajectory.at(trajectory.duration).u)
         return around is not None and around.first_hit(trajectory, self.load, kept, parts) is not None
 
     def clearance(self, first: int, last: int) -> float:
@@ -200,7 +202,7 @@ class Walk:
         own = [self.job.move[k].clearance for k in range(max(first, 0), last + 1)]
         return max((usual if each is None else each for each in own), default=usual)
 
-    def scaled(self, move: Move) -> JointLimits:
+    def scaled_limits(self, move: Move) -> JointLimits:
         """The limits of the joints for one move: slower if it says so."""
         velocity, acceleration = self.limits.velocity * move.speed, self.limits.acceleration * move.speed**2
         turns = self.robot.mechanism.angular
@@ -229,7 +231,7 @@ class Walk:
         own = {name: getattr(move, name) for name in TIP_BOUNDS}
         return structs.replace(self.job.limits, **{name: value for name, value in own.items() if value is not None})
 
-    def arrived(self, index: int, goal: Goal, target: PoseMatrix) -> None:
+    def note_arrival(self, index: int, goal: Goal, target: PoseMatrix) -> None:
         """Where the arm is at a pose is remembered, and how nearly it is met."""
         self.goals.take(target, goal.task, self.q)
         self.remarks += nearly_met(self.robot, self.q, target, goal.task, self.where(index))
@@ -243,7 +245,7 @@ class Walk:
         """A motion that meets something is refused, with the place and what helps."""
         if self.surroundings is None:
             return
-        parts = self.counted(index, trajectory.at(trajectory.duration).u)
+        parts = self.parts_in_the_way(index, trajectory.at(trajectory.duration).u)
         hit = self.surroundings.first_hit(trajectory, self.load, clearance, parts)
         if hit is None:
             return
@@ -275,7 +277,7 @@ class Walk:
         past = self.legs[-1].clearance if self.legs else self.clearance(-1, -1)
         kept = self.clearance(index if first is None else first, index) if moves else past
         end = trajectory.at(trajectory.duration).u
-        parts = self.counted(index, end) if moves else self.legs[-1].parts if self.legs else ()
+        parts = self.parts_in_the_way(index, end) if moves else self.legs[-1].parts if self.legs else ()
         self.legs.append(
             Leg(
                 index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing,

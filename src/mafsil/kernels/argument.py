@@ -40,7 +40,7 @@ HUGE_VALUE = "mafsil_huge_value"
 _PARTS = "{ double, double, i64 }"
 
 
-def reduced(lanes: Lanes, angles: list[str]) -> list[tuple[str, str, str]]:
+def reduce_angles(lanes: Lanes, angles: list[str]) -> list[tuple[str, str, str]]:
     """(r, rest, bits whose last two are n mod 4) of every angle; NaN and infinities give NaN.
 
     The hot path is for |n| < 2^20; if any lane is beyond, a function reduces those lanes with 2/pi to 1200 bits.
@@ -135,7 +135,7 @@ def huge_value_function(fma: bool, attributes: str) -> tuple[str, set[str]]:
     """IR of the function that reduces one huge angle, and the declarations it needs: (x, r, rest, turns) renewed."""
     text = Text(fma, rounding=False)
     lanes = Lanes(text, 1)
-    # The test of `reduced` again, for this angle alone; NaN and infinities keep the NaN that they have.
+    # The test of `reduce_angles` again, for this angle alone; NaN and infinities keep the NaN that they have.
     beyond = lanes.integer_op("xor", "%turns", lanes.whole(MAGIC_BITS))
     beyond = lanes.compare_integers("ugt", beyond, lanes.whole((1 << 21) - 1))
     finite = lanes.compare("olt", lanes.fabs("%x"), lanes.const(float("inf")))

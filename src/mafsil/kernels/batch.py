@@ -251,7 +251,7 @@ class Evaluator:
         """How many threads share the batch: one, if it is not worth two parts."""
         if type(requested) is int and requested == 1:
             return 1
-        count = 0 if requested is None else pool.checked(requested)
+        count = 0 if requested is None else pool.check_count(requested)
         if prod(batch) < _SMALL or self._parts(batch) < 2:
             return 1
         return min(count or pool.available(), self._parts(batch))

@@ -71,7 +71,7 @@ class TapeEntry:
         return text.decode() if blake2b(text, digest_size=16).hexdigest() == self.hash else None
 
 
-def packed(text: str) -> bytes:
+def pack_tape(text: str) -> bytes:
     """The text of a tape, compressed."""
     return zlib.compress(text.encode(), 1)
 
@@ -83,12 +83,12 @@ def encode(key: bytes, entry: Entry) -> bytes:
         key: 32 bytes.
         entry: what to keep.
     """
-    return KERNEL.sealed(key, _payload(entry))
+    return KERNEL.seal(key, _payload(entry))
 
 
 def decode(key: bytes, data: bytes) -> Entry | None:
     """The entry in the bytes of a cache file, or None if a single bit of it is not as it was written for this key."""
-    payload = KERNEL.opened(key, data)
+    payload = KERNEL.unseal(key, data)
     return None if payload is None else _entry(payload)
 
 

@@ -113,9 +113,9 @@ def _trace(order: Order) -> TapeEntry:
     """The expression built, read and reduced."""
     started = time.perf_counter()
     with _no_collection():
-        program = translation.traced(order.build())
+        program = translation.trace_function(order.build())
     seconds = time.perf_counter() - started
-    entry = TapeEntry(program.hash, program.counts(), seconds, cache.packed(program.text()))
+    entry = TapeEntry(program.hash, program.counts(), seconds, cache.pack_tape(program.text()))
     order.store.put_tape(order.key, entry)
     return entry
 

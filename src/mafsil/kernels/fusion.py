@@ -22,7 +22,7 @@ LATENCY = {"input": 0, "const": 0, "neg": 1, "div": 13, "sqrt": 18, "sin": 60, "
 """Rough clock cycles until a result is there; 4 if not listed."""
 
 
-def fused(tape: Tape) -> Tape:
+def fuse(tape: Tape) -> Tape:
     """The tape with chosen pairs of a product and a sum as one operation, and negations moved into it.
 
     A product is fused only if all its uses are sums that can take it, so that it disappears. Of two products in one
@@ -116,7 +116,7 @@ def in_rows(tape: Tape) -> Tape:
     """
     rows = _Rows(tape)
     for i, node in enumerate(tape.nodes):
-        rows.place.append(rows.rebuilt(i) if node.op in _SUMS else rows.copied(node))
+        rows.place.append(rows.rebuilt(i) if node.op in _SUMS else rows.copy_node(node))
     outputs = tuple(tuple(rows.place[i] for i in port) for port in tape.outputs)
     return alive(Tape(tuple(rows.nodes), tape.input_sizes, outputs))
 
@@ -145,7 +145,7 @@ class _Rows:
         self.nodes.append(Node(op, args))
         return len(self.nodes) - 1
 
-    def copied(self, node: Node) -> int:
+    def copy_node(self, node: Node) -> int:
         """Append an old node that is no sum."""
         if node.op in ("input", "const"):
             self.nodes.append(node)

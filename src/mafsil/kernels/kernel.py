@@ -110,13 +110,13 @@ class Kernel:
         image = self.image
         ufuncs = (lambda: self.ufunc, lambda: self.point_ufunc, lambda: self.streamed)
         run = batch.Loops(*ufuncs, lambda: image.at_hand(BATCH))
-        return batch.Evaluator(self.signature, run, image.row_ns, self.on_device, self.traced)
+        return batch.Evaluator(self.signature, run, image.row_ns, self.on_device, self.trace)
 
     def on_device(self, *args: Any, out: Any = None) -> Any:
         """Evaluate arrays that lie on an NVIDIA device there; see `DeviceEvaluator.__call__`."""
         return self._on_device(*args, out=out)
 
-    def traced(self, *arrays: Any) -> Any:
+    def trace(self, *arrays: Any) -> Any:
         """What the kernel computes of arrays of expressions; see `traced_array`."""
         return traced_array.answer(self.function, self.signature, arrays)
 
@@ -215,7 +215,7 @@ def warm(kernels: Sequence[Kernel], workers: int | None = None) -> None:
     Raises:
         KernelError: the first failure, after all others are done.
     """
-    count = threads.available() if workers is None else threads.checked(workers, "workers")
+    count = threads.available() if workers is None else threads.check_count(workers, "workers")
 
     def ready(index: int) -> None:
         kernel = kernels[index]

@@ -81,7 +81,7 @@ def march(kernel: Kernel, arrays: Sequence[Floats], count: int, workers: int | N
     loop = kernel.image.few if rows == 1 else kernel.image.loop
     steps = _steps(kernel.signature, arrays)
     advance = (ctypes.c_int64 * len(ports))(*(0 if a.shape[0] == 1 < count else a.strides[0] for a in arrays))
-    requested = threads.available() if workers is None else threads.checked(workers, "workers")
+    requested = threads.available() if workers is None else threads.check_count(workers, "workers")
     parts = max(1, min(requested, rows // _LEAST_ROWS))
     edges = [rows * part // parts for part in range(parts + 1)]
     run = _entry()

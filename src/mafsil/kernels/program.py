@@ -3,7 +3,7 @@
 1. Blocks of outputs (`rows`) are listed with the values they wait for; those that wait for nothing are written.
 2. Group by group in the order of the schedule: cheap operations alone, expensive ones of a kind side by side, since
    their long chains of dependent instructions overlap in the processor.
-3. On one row, expensive operations share a vector: up to eight sines for the price of one (`packed`).
+3. On one row, expensive operations share a vector: up to eight sines for the price of one (`pack_lanes`).
 4. A value that completes a block sends it to memory at once; a value for a later piece goes to its cell.
 5. Comparisons stay masks (one bit a lane) as long as only choices use them; 0 and 1 are made where numbers are needed.
 """
@@ -153,12 +153,12 @@ class Program:
         """Emit independent nodes of one kind."""
         nodes = [self.tape.nodes[i] for i in group]
         if self.lanes.width == 1 and not self.text.scalar:
-            self.names.update(zip(group, self.packed(nodes), strict=True))  # 3.
+            self.names.update(zip(group, self.pack_lanes(nodes), strict=True))  # 3.
         else:
             args = [tuple(self.value(a) for a in node.args) for node in nodes]
             self.names.update(zip(group, _evaluate(self.lanes, nodes, args), strict=True))
 
-    def packed(self, nodes: list[Node]) -> list[str]:
+    def pack_lanes(self, nodes: list[Node]) -> list[str]:
         """Results of the nodes, their arguments in the lanes of one vector."""
         # Equal arguments (sine and cosine of one angle) take one lane; the narrowest vector that holds all is used.
         rows = list(dict.fromkeys(node.args for node in nodes))

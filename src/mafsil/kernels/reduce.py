@@ -17,8 +17,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from mafsil.kernels.fusion import fused, in_rows
-from mafsil.kernels.schedule import scheduled
+from mafsil.kernels.fusion import fuse, in_rows
+from mafsil.kernels.schedule import schedule
 from mafsil.kernels.tape import Node, Tape, alive
 
 COMPARISONS = frozenset(["lt", "le", "eq", "ne", "and", "or", "not"])
@@ -27,7 +27,7 @@ COMPARISONS = frozenset(["lt", "le", "eq", "ne", "and", "or", "not"])
 
 def reduce(tape: Tape) -> Tape:
     """The tape rewritten, dead values removed, in an order that keeps few values alive."""
-    return scheduled(fused(in_rows(_simplify(tape))))
+    return schedule(fuse(in_rows(_simplify(tape))))
 
 
 def _simplify(tape: Tape) -> Tape:
@@ -80,7 +80,7 @@ class _Builder:
         """Node i is the constant `value`, whatever the sign of zero."""
         return self.nodes[i].op == "const" and self.nodes[i].value == value
 
-    def negated(self, i: int) -> int | None:
+    def negand(self, i: int) -> int | None:
         """x, if node i is -x."""
         return self.nodes[i].args[0] if self.nodes[i].op == "neg" else None
 
@@ -102,7 +102,7 @@ class _Builder:
 
 
 def _neg(b: _Builder, x: int) -> int | None:
-    return b.negated(x)
+    return b.negand(x)
 
 
 def _add(b: _Builder, x: int, y: int) -> int | None:
@@ -112,9 +112,9 @@ def _add(b: _Builder, x: int, y: int) -> int | None:
         return x
     if x == y:
         return b.emit("mul", b.const(2.0), x)
-    if (minus := b.negated(y)) is not None:
+    if (minus := b.negand(y)) is not None:
         return b.emit("sub", x, minus)
-    if (minus := b.negated(x)) is not None:
+    if (minus := b.negand(x)) is not None:
         return b.emit("sub", y, minus)
     return _choice(b, x, y)
 
@@ -136,9 +136,9 @@ def _sub(b: _Builder, x: int, y: int) -> int | None:
         return x
     if b.is_const(x, 0.0):
         return b.emit("neg", y)
-    if (minus := b.negated(y)) is not None:
+    if (minus := b.negand(y)) is not None:
         return b.emit("add", x, minus)
-    if (minus := b.negated(x)) is not None:
+    if (minus := b.negand(x)) is not None:
         return b.emit("neg", b.emit("add", minus, y))
     if ("sub", y, x) in b.index:
         return b.emit("neg", b.index["sub", y, x])
@@ -148,7 +148,7 @@ def _sub(b: _Builder, x: int, y: int) -> int | None:
 def _mul(b: _Builder, x: int, y: int) -> int | None:
     if b.value(y) is not None:
         x, y = y, x
-    minus_x, minus_y = b.negated(x), b.negated(y)
+    minus_x, minus_y = b.negand(x), b.negand(y)
     constant = b.value(x)
     if constant is not None:
         if constant == 1.0:
@@ -171,9 +171,9 @@ def _div(b: _Builder, x: int, y: int) -> int | None:
         mantissa, exponent = math.frexp(constant)
         if abs(mantissa) == 0.5 and -1021 < exponent < 1021:
             return b.emit("mul", x, b.const(1.0 / constant))
-    if (minus := b.negated(y)) is not None:
+    if (minus := b.negand(y)) is not None:
         return b.emit("neg", b.emit("div", x, minus))
-    if (minus := b.negated(x)) is not None:
+    if (minus := b.negand(x)) is not None:
         return b.emit("neg", b.emit("div", minus, y))
     return None
 
@@ -182,7 +182,7 @@ def _odd(op: str) -> Callable[[_Builder, int], int | None]:
     """f(-x) = -f(x)."""
 
     def rule(b: _Builder, x: int) -> int | None:
-        minus = b.negated(x)
+        minus = b.negand(x)
         return None if minus is None else b.emit("neg", b.emit(op, minus))
 
     return rule
@@ -192,7 +192,7 @@ def _even(op: str) -> Callable[[_Builder, int], int | None]:
     """f(-x) = f(x)."""
 
     def rule(b: _Builder, x: int) -> int | None:
-        minus = b.negated(x)
+        minus = b.negand(x)
         return None if minus is None else b.emit(op, minus)
 
     return rule

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from mafsil.kernels.tape import Node, Tape, arguments, reordered
+from mafsil.kernels.tape import Node, Tape, arguments, reorder_nodes
 
 TRIGONOMETRIC = frozenset(("sin", "cos"))
 """Operations that share one reduction of their argument."""
@@ -39,12 +39,12 @@ def kind(node: Node) -> str:
     return "trigonometric" if node.op in TRIGONOMETRIC else node.op
 
 
-def scheduled(tape: Tape) -> Tape:
+def schedule(tape: Tape) -> Tape:
     """Depth first from the outputs, the operand that needs more registers first; expensive operations in groups.
 
     Reference: Sethi and Ullman 1970, The generation of optimal code for arithmetic expressions.
     """
-    return reordered(tape, _Order(tape).order())
+    return reorder_nodes(tape, _Order(tape).order())
 
 
 class _Order:

@@ -134,10 +134,10 @@ def alive(tape: Tape) -> Tape:
         if needed[i]:
             for a in arguments(tape.nodes[i]):
                 needed[a] = 1
-    return reordered(tape, [i for i, is_needed in enumerate(needed) if is_needed])
+    return reorder_nodes(tape, [i for i, is_needed in enumerate(needed) if is_needed])
 
 
-def reordered(tape: Tape, order: list[int]) -> Tape:
+def reorder_nodes(tape: Tape, order: list[int]) -> Tape:
     """The tape with the nodes of `order`, in that order."""
     place = [0] * len(tape.nodes)
     nodes: list[Node] = []

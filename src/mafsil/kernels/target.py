@@ -89,10 +89,10 @@ def emulate(target: Target, changes: str) -> Target:
         if sign == "-":
             flags.update({dependent: "-" for dependent in flags if dependent in _needs(name, flags)})
     joined = ",".join(sign + name for name, sign in sorted(flags.items()))
-    return described(target.triple, target.cpu, joined)
+    return describe_target(target.triple, target.cpu, joined)
 
 
-def described(triple: str, cpu: str, features: str) -> Target:
+def describe_target(triple: str, cpu: str, features: str) -> Target:
     """The target of that name, its lanes and abilities read from the features."""
     flags = dict(_flags(features))
     x86 = triple.startswith(_X86)
@@ -121,7 +121,7 @@ def compile(ir: str, target: Target, effort: int = 2) -> bytes:
         raise KernelError("kernels.refused", reason=str(error)) from None
 
 
-def optimised(ir: str, target: Target, effort: int = 2) -> bytes:
+def optimise(ir: str, target: Target, effort: int = 2) -> bytes:
     """Object code of an IR module that was written as it came: LLVM finds registers, inlines and fills vectors.
 
     Args:
@@ -231,7 +231,7 @@ _counter = itertools.count()
 @cache
 def _host() -> Target:
     llvm = binding()
-    return described(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
+    return describe_target(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
 
 
 def _effort(ir: str) -> int:

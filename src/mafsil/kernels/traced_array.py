@@ -127,7 +127,7 @@ class Traced(NDArrayOperatorsMixin, Symbolic):
         return (self[k] for k in range(len(self)))
 
     def __getitem__(self, index: Any) -> Traced:
-        return wrapped(self.entries[index])
+        return wrap_answer(self.entries[index])
 
     def __setitem__(self, index: Any, value: Any) -> None:
         self.entries[index] = plain(value)
@@ -167,23 +167,23 @@ class Traced(NDArrayOperatorsMixin, Symbolic):
 
     def sum(self, axis: Any = None, keepdims: bool = False) -> Traced:
         """As of an array."""
-        return wrapped(self.entries.sum(axis=axis, keepdims=keepdims))
+        return wrap_answer(self.entries.sum(axis=axis, keepdims=keepdims))
 
     def max(self, axis: Any = None, keepdims: bool = False) -> Traced:
         """As of an array."""
-        return reduced(np.maximum, self, axis, keepdims)
+        return reduce_axis(np.maximum, self, axis, keepdims)
 
     def min(self, axis: Any = None, keepdims: bool = False) -> Traced:
         """As of an array."""
-        return reduced(np.minimum, self, axis, keepdims)
+        return reduce_axis(np.minimum, self, axis, keepdims)
 
     def any(self, axis: Any = None, keepdims: bool = False) -> Traced:
         """As of an array."""
-        return reduced(np.logical_or, self, axis, keepdims)
+        return reduce_axis(np.logical_or, self, axis, keepdims)
 
     def all(self, axis: Any = None, keepdims: bool = False) -> Traced:
         """As of an array."""
-        return reduced(np.logical_and, self, axis, keepdims)
+        return reduce_axis(np.logical_and, self, axis, keepdims)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **named: Any) -> Any:
         if ufunc in (np.isnan, np.isinf):
@@ -191,18 +191,18 @@ class Traced(NDArrayOperatorsMixin, Symbolic):
         if ufunc is np.isfinite:
             return np.ones(self.shape, dtype=bool)
         if method == "reduce" and not set(named) - {"axis", "keepdims"}:
-            return reduced(ufunc, inputs[0], named.get("axis", 0), bool(named.get("keepdims", False)))
+            return reduce_axis(ufunc, inputs[0], named.get("axis", 0), bool(named.get("keepdims", False)))
         if method != "__call__" or named or (ufunc not in ELEMENTWISE and ufunc is not np.matmul):
             raise Untraceable("leaves", ufunc.__name__)
         with np.errstate(all="ignore"):  # Constants that are no numbers are choices that are not taken.
-            return wrapped(ELEMENTWISE.get(ufunc, ufunc)(*map(plain, inputs)))
+            return wrap_answer(ELEMENTWISE.get(ufunc, ufunc)(*map(plain, inputs)))
 
     def __array_function__(self, function: Any, _types: Any, args: tuple[Any, ...], named: dict[str, Any]) -> Any:
         own = FUNCTIONS.get(function)
         try:
             if own is not None:
                 return own(*args, **named)
-            return wrapped(function(*plain(args), **plain(named)))
+            return wrap_answer(function(*plain(args), **plain(named)))
         except (TypeError, ValueError, AttributeError):
             raise Untraceable("leaves", function.__name__) from None
 
@@ -219,7 +219,7 @@ def plain(value: Any) -> Any:
     return value
 
 
-def wrapped(value: Any) -> Any:
+def wrap_answer(value: Any) -> Any:
     """Ours in place of arrays of objects; other answers as they are."""
     if isinstance(value, Number):
         return Traced.of([value], ())
@@ -227,12 +227,12 @@ def wrapped(value: Any) -> Any:
         array = cast("np.ndarray[Any, np.dtype[Any]]", value)
         return Traced(array) if array.dtype == object else array
     if isinstance(value, list | tuple):
-        items = [wrapped(item) for item in cast("list[Any]", value)]
+        items = [wrap_answer(item) for item in cast("list[Any]", value)]
         return items if isinstance(value, list) else tuple(items)
     return value
 
 
-def reduced(ufunc: Any, x: Any, axis: Any, keepdims: bool = False) -> Traced:
+def reduce_axis(ufunc: Any, x: Any, axis: Any, keepdims: bool = False) -> Traced:
     """Elements along an axis (all of them: None) joined by a function of two.
 
     Args:
@@ -245,8 +245,8 @@ def reduced(ufunc: Any, x: Any, axis: Any, keepdims: bool = False) -> Traced:
     entries = plain(x)
     if axis is None:
         shape = (1,) * entries.ndim if keepdims else ()
-        return wrapped(ELEMENTWISE[ufunc].reduce(entries.ravel())).reshape(shape)
-    return wrapped(ELEMENTWISE[ufunc].reduce(entries, axis=axis, keepdims=keepdims))
+        return wrap_answer(ELEMENTWISE[ufunc].reduce(entries.ravel())).reshape(shape)
+    return wrap_answer(ELEMENTWISE[ufunc].reduce(entries, axis=axis, keepdims=keepdims))
 
 
 def answer(function: Function, signature: Signature, arrays: Sequence[Any]) -> Any:
@@ -314,7 +314,7 @@ def _solve(A: Any, b: Any) -> Any:
         return cast("Any", np.linalg.inv(A)) @ b
     if np.ndim(b) == 1:
         return _solve(A, b[:, None])[:, 0]
-    return _of_rows(traced_number.solved(_rows(A), _rows(b)))
+    return _of_rows(traced_number.eliminate(_rows(A), _rows(b)))
 
 
 def _eigh(A: Any) -> tuple[Traced, Traced]:
@@ -333,12 +333,12 @@ def _pseudoinverse(A: Any) -> Any:
 
 
 def _where(condition: Any, x: Any, y: Any) -> Any:
-    return wrapped(_CHOICE(plain(condition), plain(x), plain(y)))
+    return wrap_answer(_CHOICE(plain(condition), plain(x), plain(y)))
 
 
 def _join(ufunc: Any) -> Callable[..., Traced]:
     def along(x: Any, axis: Any = None, keepdims: bool = False) -> Traced:
-        return reduced(ufunc, x, axis, keepdims)
+        return reduce_axis(ufunc, x, axis, keepdims)
 
     return along
 

@@ -137,7 +137,7 @@ SWEEPS = 8
 """Of Jacobi's rotations: they converge quadratically; matrices of six rows are diagonal to rounding after six."""
 
 
-def solved(A: Rows, b: Rows) -> Rows:
+def eliminate(A: Rows, b: Rows) -> Rows:
     """X with A X = b, by elimination with exchange of rows; both are used up.
 
     Args:

@@ -1,6 +1,6 @@
 """From an expression to LLVM IR: what is loaded only where something has to be compiled.
 
-1. The function is read into a tape and reduced (`traced`).
+1. The function is read into a tape and reduced (`trace_function`).
 2. The tape is printed as the IR of one part of a kernel (`translate`).
 
 Kernels from the cache need neither. `compiler` imports this module when it must: with the expressions, the rules of
@@ -19,7 +19,7 @@ from mafsil.kernels.tape import Tape, from_text, read
 from mafsil.kernels.target import Target
 
 
-def traced(function: Function) -> Tape:
+def trace_function(function: Function) -> Tape:
     """The reduced tape of a function.
 
     Args:

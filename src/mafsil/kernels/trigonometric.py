@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from mafsil.kernels import coefficients as table
-from mafsil.kernels.argument import HALF_PI_LOW, reduced
+from mafsil.kernels.argument import HALF_PI_LOW, reduce_angles
 from mafsil.kernels.emitter import Lanes
 from mafsil.kernels.exact import ordered_sum, polynomial, two_product
 
@@ -17,7 +17,7 @@ SIGN = 1 << 63
 
 def sincos(lanes: Lanes, angles: list[str], needed: list[set[str]]) -> list[tuple[str, str]]:
     """(sin, cos) of every angle; what is not needed is an empty name."""
-    return [_on_quarter(lanes, *parts, want) for parts, want in zip(reduced(lanes, angles), needed, strict=True)]
+    return [_on_quarter(lanes, *parts, want) for parts, want in zip(reduce_angles(lanes, angles), needed, strict=True)]
 
 
 def _on_quarter(lanes: Lanes, r: str, rest: str, turns: str, needed: set[str]) -> tuple[str, str]:
@@ -61,7 +61,7 @@ def tan(lanes: Lanes, x: str) -> str:
     4. The quotient, and one step of Newton for what it lacks: quotient under - over, found exactly.
     """
     # 1.
-    ((r, rest, turns),) = reduced(lanes, [x])
+    ((r, rest, turns),) = reduce_angles(lanes, [x])
     # 2.
     z = lanes.mul(r, r)
     z2 = lanes.mul(z, z)

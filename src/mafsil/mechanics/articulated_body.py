@@ -11,7 +11,7 @@ import numpy as np
 import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
-from mafsil.mechanics.composite_motion import turned, turned_symmetric
+from mafsil.mechanics.composite_motion import rotate_matrix, turned_symmetric
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
 from mafsil.mechanics.tolerances import SINGULAR_PIVOT
 
@@ -27,11 +27,11 @@ class ArticulatedInertia:
     H: Expression
     M: Expression
 
-    def added(self, other: ArticulatedInertia) -> ArticulatedInertia:
+    def add(self, other: ArticulatedInertia) -> ArticulatedInertia:
         """Both bodies as one."""
         return ArticulatedInertia(self.I + other.I, self.H + other.H, self.M + other.M)
 
-    def reduced(self, U: tuple[Expression, Expression], give: Expression) -> ArticulatedInertia:
+    def release_joint(self, U: tuple[Expression, Expression], give: Expression) -> ArticulatedInertia:
         """I - U U' give: what is left where the joint gives way."""
         m, f = U
         return ArticulatedInertia(
@@ -41,9 +41,9 @@ class ArticulatedInertia:
     def in_parent(self, step: Placement) -> ArticulatedInertia:
         """Seen from the parent's frame: turned, then shifted by the offset."""
         inertia, M = symmetric(turned_symmetric(self.I, step)), symmetric(turned_symmetric(self.M, step))
-        return ArticulatedInertia(inertia, turned(self.H, step), M).shifted(step.offset)
+        return ArticulatedInertia(inertia, rotate_matrix(self.H, step), M).shift(step.offset)
 
-    def shifted(self, p: Expression) -> ArticulatedInertia:
+    def shift(self, p: Expression) -> ArticulatedInertia:
         """About an origin at -p: H + [p] M, I + [p] H' - H [p] - [p] M [p]."""
         P = ex.skew(p)
         PM = P @ self.M
@@ -144,13 +144,13 @@ def _inward(
         if not body.parent:
             continue
         angular, linear = drift[i]
-        kept = A.reduced(U, give)
+        kept = A.release_joint(U, give)
         moment = moment + kept.I @ angular + kept.H @ linear + U[0] * (u * give)
         force = force + kept.H.T @ angular + kept.M @ linear + U[1] * (u * give)
         f = step.to_parent(force)
         m = step.to_parent(moment) + ex.cross(step.offset, f)
         bias[body.parent] = (bias[body.parent][0] + m, bias[body.parent][1] + f)
-        inertias[body.parent] = inertias[body.parent].added(kept.in_parent(step))
+        inertias[body.parent] = inertias[body.parent].add(kept.in_parent(step))
     return hinges
 
 

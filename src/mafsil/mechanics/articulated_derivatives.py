@@ -54,11 +54,11 @@ class ArticulatedRate:
     N: Expression
     Q: Expression
 
-    def added(self, other: ArticulatedRate) -> ArticulatedRate:
+    def add(self, other: ArticulatedRate) -> ArticulatedRate:
         """Both bodies as one."""
         return ArticulatedRate(self.N + other.N, self.Q + other.Q)
 
-    def reduced(self, U: Screw, row: Expression) -> ArticulatedRate:
+    def release_joint(self, U: Screw, row: Expression) -> ArticulatedRate:
         """What is left where the joint gives way: U row' less, row = S' P / D."""
         return ArticulatedRate(self.N - U[0] @ row.T, self.Q - U[1] @ row.T)
 
@@ -184,12 +184,12 @@ class _Sweep:
         """What joint i passes on to body p."""
         U, give, pull, row = self.hinges[i]
         r = self.r[i]
-        kept = self.inertias[i].reduced(U, give)
+        kept = self.inertias[i].release_joint(U, give)
         moment, force = _plus(self.bias[i], kept.wrench(*self.drift[i]), _scale(pull, U))
-        passed = kept.shifted(r)
-        rate = self.rates[i].reduced(U, row * give).in_parent(r, passed, self.gain[i])
-        self.inertias[p] = self.inertias[p].added(passed)
-        self.rates[p] = self.rates[p].added(rate)
+        passed = kept.shift(r)
+        rate = self.rates[i].release_joint(U, row * give).in_parent(r, passed, self.gain[i])
+        self.inertias[p] = self.inertias[p].add(passed)
+        self.rates[p] = self.rates[p].add(rate)
         self.bias[p] = _plus(self.bias[p], (moment + ex.cross(r, force), force))
 
     def outward_accelerations(self) -> None:

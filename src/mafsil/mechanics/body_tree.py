@@ -42,7 +42,7 @@ class RigidInertia:
     def __add__(self, other: RigidInertia) -> RigidInertia:
         return RigidInertia(self.mass + other.mass, self.h + other.h, self.I + other.I)
 
-    def moved(self, R: Floats, p: Floats) -> RigidInertia:
+    def in_frame(self, R: Floats, p: Floats) -> RigidInertia:
         """The same body seen from a frame in which its present frame has the pose (R, p)."""
         h = R @ self.h
         shift = self.mass * _steiner(p, p) + _steiner(p, h) + _steiner(h, p)
@@ -159,7 +159,7 @@ class BodyTree:
         return tuple(reversed(chain))
 
 
-def lumped(mechanism: Mechanism) -> BodyTree:
+def lump_bodies(mechanism: Mechanism) -> BodyTree:
     """The body tree in the frames of the description: {i} is the joint frame, turned so that z is the axis."""
     index = {joint.name: k for k, joint in enumerate(mechanism.coordinates)}
     bodies = [_base(mechanism)]
@@ -169,12 +169,12 @@ def lumped(mechanism: Mechanism) -> BodyTree:
         inertia = _inertia_of(link.inertial)
         if joint.moves:
             turn = rotation_onto(joint.axis)
-            bodies.append(_body(joint, place, turn, inertia.moved(turn.T, np.zeros(3)), index))
+            bodies.append(_body(joint, place, turn, inertia.in_frame(turn.T, np.zeros(3)), index))
             frames[link.name] = Attachment(len(bodies) - 1, turn.T, np.zeros(3))
         else:
             frames[link.name] = place
             carrier = bodies[place.body]
-            bodies[place.body] = replace(carrier, inertia=carrier.inertia + inertia.moved(place.R, place.p))
+            bodies[place.body] = replace(carrier, inertia=carrier.inertia + inertia.in_frame(place.R, place.p))
     R_s0 = mechanism.T_sb[:3, :3]
     return BodyTree(
         n=mechanism.n,

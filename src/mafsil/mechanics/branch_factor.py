@@ -61,11 +61,11 @@ class BranchFactor:
                     product = factor * entry[k, j]
                     entry[i, j] = entry[i, j] - product if (i, j) in entry else -product
 
-    def solved(self, b: Sequence[Expression]) -> list[Expression]:
+    def solve(self, b: Sequence[Expression]) -> list[Expression]:
         """x (n) with M x = b (n), structural zeros of b used (step 2)."""
-        return self.completed(self.halved(b))
+        return self.complete(self.half_solve(b))
 
-    def halved(self, b: Sequence[Expression]) -> Row:
+    def half_solve(self, b: Sequence[Expression]) -> Row:
         """Nonzeros of y = L'^-1 b: then b' M^-1 c is the sum of y_k z_k / D_k, with z of c.
 
         Args:
@@ -78,11 +78,11 @@ class BranchFactor:
                     y[i] = y[i] - factor * y[k] if i in y else -(factor * y[k])
         return y
 
-    def completed(self, y: Row) -> list[Expression]:
+    def complete(self, y: Row) -> list[Expression]:
         """x (n) = L^-1 D^-1 y.
 
         Args:
-            y: from `halved`.
+            y: from `half_solve`.
         """
         x: list[Expression] = []
         for k in range(self.n):

@@ -10,9 +10,9 @@ from dataclasses import replace
 import mafsil.expression as ex
 from mafsil.algebra import so3
 from mafsil.arrays import Floats
-from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.body_tree import BodyTree, lump_bodies
 from mafsil.mechanics.composite_motion import CompositeInertia
-from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
+from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.friction import SMOOTHING, friction_law
 from mafsil.mechanics.held_plant import HeldPlant, closed_state
 from mafsil.mechanics.loop_constraints import loops
@@ -42,12 +42,12 @@ def function(loop: Loop) -> ex.Function:
     q, qd, doubt = _closed(loop, tree, inertias, x["state"][:n], x["state"][n:])
     measured_q, measured_qd = (q + x["noise"][:n], qd + x["noise"][n:]) if loop.noisy else (q, qd)
     law = Commands(loop, trees, measured_q, measured_qd, x)
-    effort = clipped(law.effort, x["limit"]) if loop.saturated else law.effort
+    effort = clip_command(law.effort, x["limit"]) if loop.saturated else law.effort
     plant = _plant(loop, tree, effort, x)
-    here, rate, first = plant.stepped(q, qd, x["step"])
+    here, rate, first = plant.step(q, qd, x["step"])
     for _ in range(loop.substeps - 1):
         here, rate, more = _closed(loop, tree, inertias, here, rate)
-        here, rate, _ = plant.stepped(here, rate, x["step"])
+        here, rate, _ = plant.step(here, rate, x["step"])
         doubt = doubt + more
     T = forward_kinematics(trees.true(loop.shown), q, trees.true(loop.shown).tip)
     desired = ex.reshape(x["T_desired"], 4, 4).T
@@ -71,8 +71,8 @@ class Trees:
         for known, full, short in self._full:
             if known is mechanism:
                 return full, short
-        full = in_chosen_frames(lumped(mechanism))
-        self._full.append((mechanism, full, regrouped(full)))
+        full = in_chosen_frames(lump_bodies(mechanism))
+        self._full.append((mechanism, full, regroup(full)))
         return self._full[-1][1:]
 
     def of(self, mechanism: Mechanism) -> BodyTree:
@@ -216,7 +216,7 @@ def _unless_beyond(growth: Expression, ahead: Expression, limit: Expression) -> 
     return ex.vertcat(*(ex.if_else(wait, 0.0, growth[i]) for i, wait in enumerate(waits)))
 
 
-def clipped(command: Expression, limit: Expression) -> Expression:
+def clip_command(command: Expression, limit: Expression) -> Expression:
     """Clipped elementwise; NaN passes through."""
     return ex.vertcat(
         *(
@@ -265,7 +265,7 @@ def law_step(
         x["integral_limit"] = ex.Expression(integral_limit.reshape(-1))
     law = replace(loop, noisy=True)  # The state is measured: nothing is shared with the plant's own step.
     commands = Commands(law, Trees(), x["q"], x["qd"], x)
-    effort = commands.effort if limit is None else clipped(commands.effort, ex.Expression(limit))
+    effort = commands.effort if limit is None else clip_command(commands.effort, ex.Expression(limit))
     results = {"effort": effort, "next_integral": commands.integral}
     return ex.Function("law", list(symbols.values()), ex.cse([results[name] for name in law_outputs(loop)]))
 

@@ -51,10 +51,10 @@ class CompositeMotion:
     moment: Expression
     force: Expression
 
-    def added(self, other: CompositeMotion) -> CompositeMotion:
+    def add(self, other: CompositeMotion) -> CompositeMotion:
         """Both as one."""
         return CompositeMotion(
-            self.inertia.added(other.inertia),
+            self.inertia.add(other.inertia),
             self.p + other.p,
             self.W + other.W,
             self.moment + other.moment,
@@ -68,7 +68,7 @@ class CompositeMotion:
         return CompositeMotion(
             self.inertia.in_parent(step),
             p,
-            turned(self.W, step) + p @ o.T + gain @ h.T,
+            rotate_matrix(self.W, step) + p @ o.T + gain @ h.T,
             step.to_parent(self.moment) + ex.cross(o, force),
             force,
         )
@@ -150,7 +150,7 @@ def composites(
         own[tree.tip.body] = _with_tip_wrench(tree, own[tree.tip.body], F_tip)
     for i, body in reversed(tree.moving):
         if body.parent:
-            own[body.parent] = own[body.parent].added(own[i].in_parent(steps[i], motion.gain[i]))
+            own[body.parent] = own[body.parent].add(own[i].in_parent(steps[i], motion.gain[i]))
     return own
 
 
@@ -159,7 +159,7 @@ def spin_acceleration(omega: Expression, alpha: Expression) -> Expression:
     return ex.skew(alpha) + ex.skew(omega) @ ex.skew(omega)
 
 
-def turned(W: Expression, step: Placement) -> Expression:
+def rotate_matrix(W: Expression, step: Placement) -> Expression:
     """R W R' for any (3, 3) W, R the rotation from {i} to its parent: by double angles about z, then the constant."""
     c, s = step.cosine, step.sine
     swing = s * (s * (W[1, 1] - W[0, 0]) - c * (W[0, 1] + W[1, 0]))
@@ -213,7 +213,7 @@ class CompositeInertia:
         m, hx, hy, hz, *moments = phi
         return CompositeInertia(m, ex.vertcat(hx, hy, hz), _from_six(*moments))
 
-    def added(self, other: CompositeInertia) -> CompositeInertia:
+    def add(self, other: CompositeInertia) -> CompositeInertia:
         """Both bodies as one."""
         return CompositeInertia(self.mass + other.mass, self.h + other.h, self.I + other.I)
 

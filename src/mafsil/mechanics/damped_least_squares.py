@@ -6,7 +6,7 @@ from math import nan, pi
 
 import mafsil.expression as ex
 from mafsil.algebra import se3, so3
-from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.body_tree import BodyTree, lump_bodies
 from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
 from mafsil.mechanics.quantities.jacobian import jacobian_body
@@ -54,9 +54,9 @@ def step(
     Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
     """
     goal = _Goal(mechanism, frame, one_axis, aligned)
-    J, e = goal.weighted()
-    dq = goal.pursued(J, e, relative * ex.fmin(ex.dot(e, e), FAR) + least, length)
-    return ex.Function("pose_step", goal.inputs, [ex.cse(ex.vertcat(goal.clipped(dq), goal.twist))])
+    J, e = goal.weighted_task()
+    dq = goal.damped_step(J, e, relative * ex.fmin(ex.dot(e, e), FAR) + least, length)
+    return ex.Function("pose_step", goal.inputs, [ex.cse(ex.vertcat(goal.clip_step(dq), goal.twist))])
 
 
 def step_with_self_motion(
@@ -73,17 +73,17 @@ def step_with_self_motion(
     """
     goal = _Goal(mechanism, frame, one_axis, aligned)
     z = ex.symbol("z", goal.n)
-    J, e = goal.weighted()
-    towards = goal.pursued(J, e, relative * ex.fmin(ex.dot(e, e), FAR) + least, length)
-    J = goal.fixed(J, J.T @ e)
+    J, e = goal.weighted_task()
+    towards = goal.damped_step(J, e, relative * ex.fmin(ex.dot(e, e), FAR) + least, length)
+    J = goal.free_columns(J, J.T @ e)
     free = z
     # Joints that the self-motion would push through their bounds are fixed, then those that the rest pushes.
     for _ in range(2):
         free = free - _damp(J, J @ free, ex.Expression(least))
-        J = goal.fixed(J, free)
-        free = ex.vertcat(*(ex.if_else(goal.pushed(i, free[i]), 0, z[i]) for i in range(goal.n)))
+        J = goal.free_columns(J, free)
+        free = ex.vertcat(*(ex.if_else(goal.is_at_bound(i, free[i]), 0, z[i]) for i in range(goal.n)))
     free = free - _damp(J, J @ free, ex.Expression(least))
-    moved = goal.clipped(towards + free)
+    moved = goal.clip_step(towards + free)
     return ex.Function("pose_step_with_self_motion", [*goal.inputs, z], [ex.cse(ex.vertcat(moved, goal.twist, free))])
 
 
@@ -91,7 +91,7 @@ class _Goal:
     """A desired pose of a frame, and what is left to it."""
 
     def __init__(self, mechanism: Mechanism, frame: str | None, one_axis: bool, aligned: bool) -> None:
-        self.tree: BodyTree = in_chosen_frames(lumped(mechanism))
+        self.tree: BodyTree = in_chosen_frames(lump_bodies(mechanism))
         self.n = mechanism.n
         self.prismatic = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
         self.attachment = self.tree.tip if frame is None else self.tree.frames[frame]
@@ -109,7 +109,7 @@ class _Goal:
         linear = se3.translation(T_sd) - se3.translation(self.T_sf)
         self.twist = ex.vertcat(R @ angular, linear) if aligned else ex.vertcat(angular, R.T @ linear)
 
-    def weighted(self) -> tuple[ex.Expression, ex.Expression]:
+    def weighted_task(self) -> tuple[ex.Expression, ex.Expression]:
         """Jacobian (6, n) and twist (6) times the weights."""
         J = jacobian_body(self.tree, self.q, self.attachment)
         if self.one_axis:
@@ -119,23 +119,23 @@ class _Goal:
             J = ex.vertcat(R @ J[:3, :], R @ J[3:, :])
         return J * ex.repmat(self.weights, 1, self.n), self.twist * self.weights
 
-    def pushed(self, i: int, change: ex.Expression) -> ex.Expression:
+    def is_at_bound(self, i: int, change: ex.Expression) -> ex.Expression:
         """Whether joint i is at a bound and the change would push it further."""
         below = ex.logic_and(self.q[i] <= self.lower[i], change < 0)
         return ex.logic_or(below, ex.logic_and(self.q[i] >= self.upper[i], change > 0))
 
-    def fixed(self, J: ex.Expression, descent: ex.Expression) -> ex.Expression:
+    def free_columns(self, J: ex.Expression, descent: ex.Expression) -> ex.Expression:
         """J without the columns of joints that are at a bound and pushed further."""
-        columns = [ex.if_else(self.pushed(i, descent[i]), 0, J[:, i]) for i in range(self.n)]
+        columns = [ex.if_else(self.is_at_bound(i, descent[i]), 0, J[:, i]) for i in range(self.n)]
         return ex.horzcat(*columns) if columns else J
 
-    def pursued(self, J: ex.Expression, e: ex.Expression, damping: ex.Expression, length: float) -> ex.Expression:
+    def damped_step(self, J: ex.Expression, e: ex.Expression, damping: ex.Expression, length: float) -> ex.Expression:
         """(n,) the damped change of the joints that brings e down, prismatic joints in units of the length."""
         units = ex.Expression([length if prismatic else 1.0 for prismatic in self.prismatic])
-        J = self.fixed(J, J.T @ e) @ ex.diag(units) if any(self.prismatic) else self.fixed(J, J.T @ e)
+        J = self.free_columns(J, J.T @ e) @ ex.diag(units) if any(self.prismatic) else self.free_columns(J, J.T @ e)
         return units * _damp(J, e, damping)
 
-    def clipped(self, dq: ex.Expression) -> ex.Expression:
+    def clip_step(self, dq: ex.Expression) -> ex.Expression:
         """Q + dq within the bounds."""
         return ex.fmin(ex.fmax(self.q + dq, self.lower), self.upper)
 

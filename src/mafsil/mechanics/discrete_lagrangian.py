@@ -10,8 +10,8 @@ Reference: Marsden and West, Discrete mechanics and variational integrators, Act
 from __future__ import annotations
 
 import mafsil.expression as ex
-from mafsil.mechanics.body_tree import lumped
-from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
+from mafsil.mechanics.body_tree import lump_bodies
+from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.hamiltonian import lagrangian_slope
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
@@ -28,7 +28,7 @@ def function(mechanism: Mechanism) -> ex.Function:
         mechanism: its numbers become constants.
     """
     n = mechanism.n
-    tree = regrouped(in_chosen_frames(lumped(mechanism)))
+    tree = regroup(in_chosen_frames(lump_bodies(mechanism)))
     q0, p0, v, load = (ex.symbol(name, n) for name in ("q0", "p0", "v", "load"))
     h, middle = ex.symbol("h", 1), ex.symbol("q", n)
     force = lagrangian_slope(tree, middle, v) + load
@@ -36,11 +36,11 @@ def function(mechanism: Mechanism) -> ex.Function:
     # The chain rule by hand: q moves by h/2 with v.
     slope_there = ex.jacobian(residual_there, v) + (h / 2) * ex.jacobian(residual_there, middle)
     residual, slope, impulse = ex.substitute([residual_there, slope_there, h * force], [middle], [q0 + (h / 2) * v])
-    column = ex.vertcat(v - eliminated(slope, residual), p0 + impulse, residual)
+    column = ex.vertcat(v - gauss_solve(slope, residual), p0 + impulse, residual)
     return ex.Function("variational_step", [q0, p0, v, load, h], [ex.cse(column)])
 
 
-def eliminated(A: Expression, b: Expression) -> Expression:
+def gauss_solve(A: Expression, b: Expression) -> Expression:
     """x (n,) with A x = b for a matrix (n, n) close to a positive definite one: Gauss without exchange of rows.
 
     1. Forward: row k, times A_ik / A_kk, is taken from every row i below it; structural zeros cost nothing.

@@ -86,7 +86,7 @@ def _moved(tree: BodyTree, rotations: list[Floats], shifts: list[float]) -> Body
     bodies = [tree.bodies[0]]
     for i, body in tree.moving:
         R, p = seen_from(body.parent, body.R @ rotations[i], body.p + body.R @ old_origins[i])
-        inertia = body.inertia.moved(rotations[i].T, -rotations[i].T @ old_origins[i])
+        inertia = body.inertia.in_frame(rotations[i].T, -rotations[i].T @ old_origins[i])
         R, offset = _offset_taken_out(R, body)
         bodies.append(replace(body, R=R, p=_positions_without_rounding(p), inertia=inertia, offset=offset))
     frames = {
@@ -112,7 +112,7 @@ def _base_moved(tree: BodyTree) -> BodyTree:
         return tree
     i, body = first[0]
     bodies = list(tree.bodies)
-    bodies[0] = replace(bodies[0], inertia=bodies[0].inertia.moved(body.R.T, -body.R.T @ body.p))
+    bodies[0] = replace(bodies[0], inertia=bodies[0].inertia.in_frame(body.R.T, -body.R.T @ body.p))
     bodies[i] = replace(body, R=np.eye(3), p=np.zeros(3))
 
     def in_new_base(frame: Attachment) -> Attachment:
@@ -159,14 +159,14 @@ def _first_child(tree: BodyTree, body: int) -> int | None:
     return next((i for i, b in tree.moving if b.parent == body), None)
 
 
-def regrouped(tree: BodyTree) -> BodyTree:
+def regroup(tree: BodyTree) -> BodyTree:
     """The same tree with the fewest inertial numbers; the base keeps none."""
     bodies = list(tree.bodies)
     for i, _ in reversed(tree.moving):
         kept, passed = _split(bodies[i].kind, bodies[i].inertia)
         parent = bodies[bodies[i].parent]
         bodies[i] = replace(bodies[i], inertia=_without_rounding(kept))
-        bodies[bodies[i].parent] = replace(parent, inertia=parent.inertia + passed.moved(bodies[i].R, bodies[i].p))
+        bodies[bodies[i].parent] = replace(parent, inertia=parent.inertia + passed.in_frame(bodies[i].R, bodies[i].p))
     bodies[0] = replace(bodies[0], inertia=RigidInertia.zero())
     return replace(tree, bodies=tuple(bodies))
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import mafsil.expression as ex
-from mafsil.mechanics.body_tree import BodyTree, lumped
-from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
+from mafsil.mechanics.body_tree import BodyTree, lump_bodies
+from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.energy import kinetic_energy
-from mafsil.mechanics.quantities.forward_dynamics import solved
+from mafsil.mechanics.quantities.forward_dynamics import solve_mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.model import Mechanism
@@ -35,7 +35,7 @@ def hamiltonian_field(tree: BodyTree, q: Expression, p: Expression) -> tuple[Exp
         q: (n,) symbols of the coordinates.
         p: (n,) momenta M qd.
     """
-    qd = solved(mass_matrix(tree, q), p)
+    qd = solve_mass_matrix(mass_matrix(tree, q), p)
     return qd, lagrangian_slope(tree, q, qd)
 
 
@@ -47,5 +47,5 @@ def function(mechanism: Mechanism) -> ex.Function:
     """
     n = mechanism.n
     q, p = ex.symbol("q", n), ex.symbol("p", n)
-    column = ex.vertcat(*hamiltonian_field(regrouped(in_chosen_frames(lumped(mechanism))), q, p))
+    column = ex.vertcat(*hamiltonian_field(regroup(in_chosen_frames(lump_bodies(mechanism))), q, p))
     return ex.Function("hamiltonian_field", [q, p], [ex.cse(column)])

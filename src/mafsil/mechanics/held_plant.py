@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import mafsil.expression as ex
-from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.body_tree import BodyTree, lump_bodies
 from mafsil.mechanics.composite_motion import CompositeInertia
-from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
+from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.loop_constraints import gaps, loops
 from mafsil.mechanics.loop_dynamics import HeldTree, error_of, spread
 from mafsil.mechanics.loop_terms import Holding, Loop
@@ -100,7 +100,7 @@ def closing_function(mechanism: Mechanism, holding: Holding) -> ex.Function:
         mechanism: with loops.
         holding: their independent rows.
     """
-    tree = regrouped(in_chosen_frames(lumped(mechanism)))
+    tree = regroup(in_chosen_frames(lump_bodies(mechanism)))
     q, v = ex.symbol("q", tree.n), ex.symbol("qd", tree.n)
     return ex.Function("closed_state", [q, v], ex.cse([*closed_state(tree, mechanism.loops, holding, q, v)]))
 
@@ -112,11 +112,11 @@ def step_function(loop: Loop, holding: Holding) -> ex.Function:
         loop: whose plant it is; a push is an input behind the length.
         holding: how its loops hold it.
     """
-    tree = regrouped(in_chosen_frames(lumped(loop.plant)))
+    tree = regroup(in_chosen_frames(lump_bodies(loop.plant)))
     q, v, tau, h = ex.symbol("q", tree.n), ex.symbol("qd", tree.n), ex.symbol("tau", tree.n), ex.symbol("step", 1)
     x = {"push": ex.symbol("push", 6)} if loop.pushed else {}
     plant = HeldPlant(loop, holding, tree, tau, x)
-    here, rate, _ = plant.stepped(q, v, h)
+    here, rate, _ = plant.step(q, v, h)
     here, rate, error, doubt = closed_state(tree, loop.plant.loops, holding, here, rate)
     outputs = [here, rate, error, doubt + plant.doubt]
     return ex.Function("closed_step", [q, v, tau, h, *x.values()], ex.cse(outputs))

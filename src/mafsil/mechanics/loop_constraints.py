@@ -25,12 +25,12 @@ import numpy as np
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats
-from mafsil.mechanics.body_tree import Attachment, BodyTree, lumped
-from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
+from mafsil.mechanics.body_tree import Attachment, BodyTree, lump_bodies
+from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.placement import (
     Expression,
     Placement,
-    attached,
+    attached_frame,
     constant,
     placements,
     pose_outward,
@@ -59,8 +59,8 @@ def function(mechanism: Mechanism) -> ex.Function:
     Args:
         mechanism: with loops.
     """
-    full = in_chosen_frames(lumped(mechanism))
-    short = regrouped(full)
+    full = in_chosen_frames(lump_bodies(mechanism))
+    short = regroup(full)
     q, qd = ex.symbol("q", mechanism.n), ex.symbol("qd", mechanism.n)
     asked = loops(full, mechanism.loops, q, qd)
     outputs = [
@@ -84,7 +84,7 @@ def errors_function(mechanism: Mechanism) -> ex.Function:
         mechanism: with loops.
     """
     q, qd, qdd = (ex.symbol(name, mechanism.n) for name in ("q", "qd", "qdd"))
-    asked = loops(in_chosen_frames(lumped(mechanism)), mechanism.loops, q, qd)
+    asked = loops(in_chosen_frames(lump_bodies(mechanism)), mechanism.loops, q, qd)
     outputs = [asked.gap, asked.facing, asked.rows @ qd, asked.rows @ qdd + asked.bias]
     return ex.Function("loop_errors", [q, qd, qdd], ex.cse(outputs))
 
@@ -125,8 +125,8 @@ def gaps(tree: BodyTree, joints: Sequence[Joint], q: Expression) -> tuple[Expres
     R, o = world_placements(tree, placements(tree, q))
     found: list[tuple[Expression, Expression]] = []
     for joint in joints:
-        R_p, p_p = attached(tree.frames[joint.parent].behind(joint.T_pj), R, o)
-        R_c, p_c = attached(tree.frames[joint.child], R, o)
+        R_p, p_p = attached_frame(tree.frames[joint.parent].behind(joint.T_pj), R, o)
+        R_c, p_c = attached_frame(tree.frames[joint.child], R, o)
         found.append(_gap(joint, R_c.T @ R_p, R_c.T @ (p_p - p_c)))
     return ex.vertcat(*(gap for gap, _ in found)), ex.vertcat(*(facing for _, facing in found))
 

@@ -18,9 +18,9 @@ from collections.abc import Sequence
 from math import inf, nan
 
 import mafsil.expression as ex
-from mafsil.mechanics.body_tree import lumped
+from mafsil.mechanics.body_tree import lump_bodies
 from mafsil.mechanics.branch_factor import BranchFactor, Row
-from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
+from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.loop_constraints import loops
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
@@ -51,7 +51,7 @@ class HeldTree:
         # Rows that are structurally zero ask for nothing.
         self.others = [k for k in range(self.m) if k not in self.chosen and not J[k, :].is_zero()]
         self.J = J
-        self._half = {k: self.factor.halved(_entries(J[k, :])) for k in (*self.chosen, *self.others)}
+        self._half = {k: self.factor.half_solve(_entries(J[k, :])) for k in (*self.chosen, *self.others)}
         A = [[self._between(self._half[k], self._half[i]) for i in self.chosen] for k in self.chosen]
         self._rows = BranchFactor(ex.blockcat(A)) if A else None
         scale = _total([A[k][k] for k in range(len(A))])
@@ -70,7 +70,7 @@ class HeldTree:
             load: (n,) efforts less the bias forces.
             gamma: (m,) with J qdd + gamma = 0.
         """
-        y = self.factor.halved(_entries(load))
+        y = self.factor.half_solve(_entries(load))
         x = self._solve([-(gamma[k] + self._between(self._half[k], y)) for k in self.chosen])
         return self._move(y, x), x
 
@@ -98,7 +98,7 @@ class HeldTree:
         if not rows:
             return ex.vertcat(*force)
         gram = [[_product(a, b) + float(i == j) for j, b in enumerate(rows)] for i, a in enumerate(rows)]
-        shared = BranchFactor(ex.blockcat(gram)).solved([_product(row, x) for row in rows])
+        shared = BranchFactor(ex.blockcat(gram)).solve([_product(row, x) for row in rows])
         for k, value, row in zip(self.others, shared, rows, strict=True):
             force[k] = value
             for place, part in zip(self.chosen, row, strict=True):
@@ -119,13 +119,13 @@ class HeldTree:
             doubt = doubt + ex.fabs(_total(asked[k])) / (FOLLOWS * size + SMALLEST)
         return doubt + self.finite(qdd)
 
-    def carried(self, load: Expression) -> Column:
+    def carrying_forces(self, load: Expression) -> Column:
         """Forces x of the chosen rows that carry a load in the sense of least squares: M^-1 (load - J_B' x) is closed.
 
         Args:
             load: (n,) efforts.
         """
-        y = self.factor.halved(_entries(load))
+        y = self.factor.half_solve(_entries(load))
         return self._solve([self._between(self._half[k], y) for k in self.chosen])
 
     @staticmethod
@@ -143,13 +143,13 @@ class HeldTree:
         for k, value in zip(self.chosen, x, strict=True):
             for i, entry in self._half[k].items():
                 total[i] = total[i] + entry * value if i in total else entry * value
-        return ex.vertcat(*self.factor.completed(total))
+        return ex.vertcat(*self.factor.complete(total))
 
     def _between(self, y: Row, z: Row) -> Expression:
         return _total([y[i] * (z[i] * self.factor.inverse_pivots[i]) for i in sorted(y.keys() & z.keys())])
 
     def _solve(self, b: Column) -> Column:
-        return [] if self._rows is None else self._rows.solved(b)
+        return [] if self._rows is None else self._rows.solve(b)
 
 
 def pivot_doubt(factor: BranchFactor, A: Expression) -> Expression:
@@ -175,8 +175,8 @@ def forward_function(mechanism: Mechanism, chosen: Sequence[int], driven: Sequen
         driven: coordinates that the efforts act on, in their order.
     """
     n = mechanism.n
-    full = in_chosen_frames(lumped(mechanism))
-    short = regrouped(full)
+    full = in_chosen_frames(lump_bodies(mechanism))
+    short = regroup(full)
     q, qd, tau = ex.symbol("q", n), ex.symbol("qd", n), ex.symbol("tau", len(driven))
     asked = loops(full, mechanism.loops, q, qd)
     held = HeldTree(mass_matrix(short, q), asked.rows, chosen)

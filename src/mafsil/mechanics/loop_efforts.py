@@ -17,9 +17,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mafsil.expression as ex
-from mafsil.mechanics.body_tree import lumped
+from mafsil.mechanics.body_tree import lump_bodies
 from mafsil.mechanics.branch_factor import BranchFactor
-from mafsil.mechanics.frame_choice import in_chosen_frames, regrouped
+from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.loop_constraints import gaps, loops
 from mafsil.mechanics.loop_dynamics import HeldTree, error_of, pivot_doubt, spread
 from mafsil.mechanics.loop_terms import Holding
@@ -65,7 +65,7 @@ def efforts(held: HeldTree, w: Expression, driven: Sequence[int], deciding: Sequ
         A, right, back = across @ across.T, ex.vertcat(*(b[k] for k in deciding)), across.T
         least = DEAD**2
     factor = BranchFactor(A)
-    tau = back @ ex.vertcat(*factor.solved(list(right)))
+    tau = back @ ex.vertcat(*factor.solve(list(right)))
     doubt = held.doubt + pivot_doubt(factor, A)
     for pivot in factor.inverse_pivots:
         doubt = doubt + least * pivot
@@ -113,7 +113,7 @@ class Passive:
         if self._held is not None:
             part = self._held.accelerations(ex.zeros(len(self.others), 1), missing)[0]
         else:
-            part = -ex.vertcat(*self._factor.solved(list(self._across.T @ missing)))
+            part = -ex.vertcat(*self._factor.solve(list(self._across.T @ missing)))
         return spread(part, self.others, self.n)
 
     @property
@@ -132,7 +132,7 @@ class Passive:
         """
         if self._held is None:
             return ex.vertcat(*(w[k] for k in self.driven))
-        x = self._held.carried(ex.vertcat(*(w[k] for k in self.others)))
+        x = self._held.carrying_forces(ex.vertcat(*(w[k] for k in self.others)))
         rows = ex.vertcat(*(J[k, :] for k in self._held.chosen))
         felt = rows.T @ ex.vertcat(*x)
         return ex.vertcat(*(w[k] - felt[k] for k in self.driven))
@@ -164,13 +164,13 @@ def inverse_function(mechanism: Mechanism, holding: Holding) -> ex.Function:
         holding: how they hold it.
     """
     n = mechanism.n
-    full = in_chosen_frames(lumped(mechanism))
+    full = in_chosen_frames(lump_bodies(mechanism))
     q, qd, qdd = ex.symbol("q", n), ex.symbol("qd", n), ex.symbol("qdd", n)
     asked = loops(full, mechanism.loops, q, qd)
     held = HeldTree(ex.eye(n), asked.rows, holding.rows)
-    w = inverse_dynamics(regrouped(full), q, qd, qdd)
+    w = inverse_dynamics(regroup(full), q, qd, qdd)
     found = efforts(held, w, holding.driven, holding.deciding)
-    force = held.forces(held.carried(found.rest))
+    force = held.forces(held.carrying_forces(found.rest))
     missing = ex.sqrt(ex.sumsqr(held.closing(found.rest)))
     broken = ex.Expression(0)
     for each in asked.rows @ qdd + asked.bias:
@@ -194,7 +194,7 @@ def following_function(mechanism: Mechanism, holding: Holding) -> ex.Function:
         mechanism: with loops.
         holding: how they hold it.
     """
-    tree, n, a = in_chosen_frames(lumped(mechanism)), mechanism.n, len(holding.driven)
+    tree, n, a = in_chosen_frames(lump_bodies(mechanism)), mechanism.n, len(holding.driven)
     guess, given = ex.symbol("guess", n), ex.symbol("driven", 3 * a)
     u, v, acceleration = (given[part * a : (part + 1) * a] for part in range(3))
     rest, joints = ex.zeros(n, 1), mechanism.loops

@@ -14,7 +14,7 @@ from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, Body, BodyTree
 from mafsil.mechanics.tolerances import TYPED
 from mafsil.model import JointKind
-from mafsil.model.joint import differentiated, polynomial
+from mafsil.model.joint import differentiate, polynomial
 
 Expression: TypeAlias = ex.Expression
 """A scalar, column vector or matrix."""
@@ -140,7 +140,9 @@ def pose_outward(step: Placement, R: Expression, p: Expression) -> tuple[Express
     return ex.horzcat(*around), p + R @ step.offset
 
 
-def attached(frame: Attachment, R: Sequence[Expression], p: Sequence[Expression]) -> tuple[Expression, Expression]:
+def attached_frame(
+    frame: Attachment, R: Sequence[Expression], p: Sequence[Expression]
+) -> tuple[Expression, Expression]:
     """Rotation and origin of an attached frame in {0}, from the rotations R and origins p of all bodies there."""
     body = frame.body
     return R[body] @ constant(frame.R), p[body] + R[body] @ constant(frame.p)
@@ -200,7 +202,7 @@ def _followed(body: Body, q: Expression) -> tuple[Expression, tuple[Factor, Fact
     if not body.higher:
         return times(body.multiplier, q), (body.multiplier, 0.0, 0.0)
     curve = (0.0, body.multiplier, *body.higher)
-    value, *slopes = (ex.Expression(0) + polynomial(differentiated(curve, order), q) for order in range(4))
+    value, *slopes = (ex.Expression(0) + polynomial(differentiate(curve, order), q) for order in range(4))
     return value, (slopes[0], slopes[1], slopes[2])
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats, JointVector, as_batch
-from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.body_tree import BodyTree, lump_bodies
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.twist_chain import TwistChain, ad
 from mafsil.model import Mechanism
@@ -77,7 +77,7 @@ def stacked_form(mechanism: Mechanism, q: JointVector, qd: JointVector) -> Stack
     """
     values = [as_batch(name, x, (mechanism.n,), finite=True) for name, x in (("q", q), ("qd", qd))]
     symbols = [ex.symbol(name, mechanism.n) for name in ("q", "qd")]
-    matrices = stacked_expressions(TwistChain.of(lumped(mechanism)), *symbols)
+    matrices = stacked_expressions(TwistChain.of(lump_bodies(mechanism)), *symbols)
     function = ex.Function("stacked", symbols, [matrices[name] for name in NAMES], cse=True)
     results = [np.array(x.full()) for x in function.call([ex.Expression(x) for x in values])]
     vectors = ("V", "dV_base", "c", "g")

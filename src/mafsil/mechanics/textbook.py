@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.model import Inertial, JointKind, Mechanism
-from mafsil.model.joint import differentiated, polynomial
+from mafsil.model.joint import differentiate, polynomial
 
 Numbers: TypeAlias = NDArray[Any]
 """Real or complex numbers."""
@@ -79,7 +79,7 @@ class Textbook:
         lines = np.nan_to_num(self.share) if order == 1 else np.zeros_like(self.share)
         found = np.tile(lines.astype(q.dtype), (len(q), 1, 1))
         for joint, k, curve in self.curves:
-            found[:, joint, k] = polynomial(differentiated(curve, order), q[:, k])
+            found[:, joint, k] = polynomial(differentiate(curve, order), q[:, k])
         return found
 
     def rates(self, q: Numbers, qd: Numbers) -> Numbers:
@@ -327,7 +327,7 @@ def gradient(function: Callable[[Numbers], Numbers], x: Floats) -> Floats:
     return np.moveaxis(values.reshape(count, n, *values.shape[1:]), 1, -1)
 
 
-def repeated(x: Numbers, count: int) -> Numbers:
+def repeat_states(x: Numbers, count: int) -> Numbers:
     """Rows of states repeated for the directions in which `gradient` asks."""
     return np.repeat(x, count // len(x), axis=0)
 

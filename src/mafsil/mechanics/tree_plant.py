@@ -15,14 +15,14 @@ import numpy as np
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats
-from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.body_tree import BodyTree, lump_bodies
 from mafsil.mechanics.composite_motion import CompositeInertia
 from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.mechanics.inertial_parameters import moved_parameters
 from mafsil.mechanics.loop_terms import Loop
 from mafsil.mechanics.placement import Expression, constant
-from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics, solved
+from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics, solve_mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
@@ -59,7 +59,7 @@ class TreePlant:
         self.F_tip = -x["push"] if loop.pushed else None
         self.inertias = body_inertias(tree, x["bodies"]) if loop.varied else None
 
-    def stepped(self, q: Expression, v: Expression, h: Expression) -> tuple[Expression, Expression, Expression]:
+    def step(self, q: Expression, v: Expression, h: Expression) -> tuple[Expression, Expression, Expression]:
         """State after one step, and the acceleration at its beginning.
 
         Args:
@@ -81,10 +81,10 @@ class TreePlant:
         rates: list[Expression] = []
         slopes: list[Expression] = []
         for row in a:
-            here, rate = advanced(q, h, row, rates), advanced(v, h, row, slopes)
+            here, rate = weighted_step(q, h, row, rates), weighted_step(v, h, row, slopes)
             rates.append(rate)
             slopes.append(self._acceleration(here, rate))
-        return advanced(q, h, b, rates), advanced(v, h, b, slopes), slopes[0]
+        return weighted_step(q, h, b, rates), weighted_step(v, h, b, slopes), slopes[0]
 
     def _splitting(
         self, kicks: Row, drifts: Row, q: Expression, v: Expression, h: Expression
@@ -107,11 +107,11 @@ class TreePlant:
         if self.inertias is None:
             return forward_dynamics(self.tree, q, v, load, self.F_tip)
         M, bias = self._terms(q, v)
-        return solved(M, load - bias)
+        return solve_mass_matrix(M, load - bias)
 
     def _solve(self, M: Expression, load: Expression, q: Expression, v: Expression) -> Expression:
         """Accelerations with M as the inertia, bias forces taken away already; a tree needs no state for that."""
-        return solved(M, load)
+        return solve_mass_matrix(M, load)
 
     def _terms(self, q: Expression, v: Expression) -> tuple[Expression, Expression]:
         """M, and c + g + J' F_tip."""
@@ -169,7 +169,7 @@ class Friction:
         return self.gain.T @ ex.diag(ex.vertcat(*slopes)) @ self.gain
 
 
-def advanced(y: Expression, h: Expression, weights: Row, slopes: list[Expression]) -> Expression:
+def weighted_step(y: Expression, h: Expression, weights: Row, slopes: list[Expression]) -> Expression:
     """The sum y + h sum_i w_i k_i.
 
     Args:
@@ -191,7 +191,7 @@ def body_parameters(mechanism: Mechanism, parameters: Floats, payload: Floats | 
         parameters: (*batch, L, 10) of the links, each in its own frame, as `inertial_parameters` orders them.
         payload: (*batch, 10) of a body fixed to the tip, in the tip frame; None for none.
     """
-    tree = in_chosen_frames(lumped(mechanism))
+    tree = in_chosen_frames(lump_bodies(mechanism))
     batch = parameters.shape[:-2] if payload is None else np.broadcast_shapes(parameters.shape[:-2], payload.shape[:-1])
     bodies = np.zeros((*batch, len(tree.bodies), 10))
     for k, frame in enumerate(tree.frames.values()):

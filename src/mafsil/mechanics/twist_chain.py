@@ -64,7 +64,7 @@ class TwistChain:
             carrier = np.eye(4) if body.parent == 0 else poses[body.parent][0]
             homes.append(inverse_of(carrier) @ T_si)
             screws.append(adjoint_of(inverse_of(at)) @ _screw(body.kind, body.pitch))
-            inertia = body.inertia.moved(at[:3, :3].T, -at[:3, :3].T @ at[:3, 3])
+            inertia = body.inertia.in_frame(at[:3, :3].T, -at[:3, :3].T @ at[:3, 3])
             inertias.append(spatial_matrix(inertia.mass, inertia.h, inertia.I))
             parents.append(body.parent - 1)
         coupling = np.zeros((len(parents), tree.n))

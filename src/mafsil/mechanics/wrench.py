@@ -77,7 +77,7 @@ class Wrench:
         return ex.vertcat(R.T @ (self.m - ex.cross(p, self.f)), R.T @ self.f)
 
 
-def transmitted(
+def transmitted_wrenches(
     parents: Sequence[int], needs: Sequence[Wrench], passed_on: Callable[[int, Wrench], Wrench]
 ) -> list[Wrench]:
     """What each part of a tree gets from the one before it: its own need and all that the parts behind it get from it.

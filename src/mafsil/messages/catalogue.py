@@ -136,7 +136,7 @@ def category(count: int, language: str) -> str:
     return _SMALL.get(count, "few" if 3 <= rest <= 10 else "many" if rest >= 11 else "other")
 
 
-def counted(count: int, forms: str, language: str) -> str:
+def count_noun(count: int, forms: str, language: str) -> str:
     """A number with its noun: `1 solution`, `3 solutions`.
 
     Args:
@@ -163,5 +163,5 @@ class Filling(Formatter):
     def format_field(self, value: Any, format_spec: str) -> str:
         """One filled place of a sentence."""
         if format_spec.startswith(COUNTED):
-            return counted(int(value), self.forms_of(format_spec.removeprefix(COUNTED)), self.language)
+            return count_noun(int(value), self.forms_of(format_spec.removeprefix(COUNTED)), self.language)
         return str(super().format_field(value, format_spec))

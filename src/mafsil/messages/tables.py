@@ -17,22 +17,42 @@ LONGEST_NAME = 24
 """Longer names are cut [columns]: seven columns of numbers stand beside them in 100."""
 LINES, COLUMNS = 25, 100
 """Of a screen."""
+JOINT_UNITS = {
+    **dict.fromkeys(("start", "end", "error", "lowest", "highest", "length"), "[rad | m]"),
+    **dict.fromkeys(("velocity", "rate"), "[rad/s | m/s]"),
+    "acceleration": "[rad/s^2 | m/s^2]",
+    "jerk": "[rad/s^3 | m/s^3]",
+    "effort": "[N m | N]",
+}
+"""Below the names of columns that are numbers of joints."""
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], language: str | None = None) -> list[str]:
+def table(
+    head: Sequence[str], rows: Sequence[Sequence[str]], language: str | None = None, units: Sequence[str] = ()
+) -> list[str]:
     """Lines of a table, the first column to the left, the others to the right.
 
     Args:
         head: one cell for each column.
         rows: cells; what is beyond MOST_ROWS is counted in a last line.
         language: `en` or `ar`; the current one if None.
+        units: a second line of the head.
     """
-    cells = [list(head), *([_cut(row[0]), *row[1:]] for row in rows[:MOST_ROWS])]
+    cells = [list(head), *([list(units)] if units else []), *([_cut(row[0]), *row[1:]] for row in rows[:MOST_ROWS])]
     sizes = [max(map(_width, column)) for column in zip(*cells, strict=True)]
     lines = ["  " + "  ".join(_pad(row, sizes, language)).rstrip() for row in cells]
     if len(rows) > MOST_ROWS:
         lines.append("  " + say("messages.more_rows", language=language, count=len(rows) - MOST_ROWS))
     return lines
+
+
+def joint_units(columns: Sequence[str]) -> list[str]:
+    """The units of columns by their names, for a table with a row for each joint; empty where there is none.
+
+    Args:
+        columns: such as `start`, `velocity`, `effort`.
+    """
+    return [JOINT_UNITS.get(name, "") for name in columns]
 
 
 def number(value: float) -> str:
@@ -42,7 +62,7 @@ def number(value: float) -> str:
 
 def on_screen(text: str) -> str:
     """A text as far as it fits a screen: long sentences are wrapped, what is beyond the last line is left out."""
-    lines = [piece for line in text.split("\n") for piece in ([line] if _width(line) <= COLUMNS else wrapped(line))]
+    lines = [piece for line in text.split("\n") for piece in ([line] if _width(line) <= COLUMNS else wrap_line(line))]
     return "\n".join(lines if len(lines) <= LINES else [*lines[: LINES - 1], "\N{HORIZONTAL ELLIPSIS}"])
 
 
@@ -51,7 +71,7 @@ def in_notebook(text: str) -> str:
     return f'<pre dir="auto">{escape(text)}</pre>'
 
 
-def wrapped(line: str, columns: int = COLUMNS) -> list[str]:
+def wrap_line(line: str, columns: int = COLUMNS) -> list[str]:
     """A long line in several, broken between words; those that follow are indented by two more.
 
     Args:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import whole
 from mafsil.errors import InputError
-from mafsil.mobility.instantaneous import instantaneous
+from mafsil.mobility.instantaneous import instantaneous_mobility
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import loop_matrix
 from mafsil.mobility.on_linkage import on_linkage
@@ -91,14 +91,14 @@ def actuation(linkage: Linkage, theta: ArrayLike | None = None, *, joints: Itera
     """
     names = [each.name for each in linkage.joints if each.actuated] if joints is None else joints
     names = [linkage.joints[k].name for k in linkage.index_of(names)]
-    free, rest = instantaneous(linkage, theta), instantaneous(linkage, theta, locked=names)
+    free, rest = instantaneous_mobility(linkage, theta), instantaneous_mobility(linkage, theta, locked=names)
     return Actuation(len(linkage.columns_of(names)), free.mobility, rest.mobility, rest.output_mobility)
 
 
 @on_linkage
 def locked_mobility(linkage: Linkage, names: Iterable[str], theta: ArrayLike | None = None) -> int:
     """Mobility by rank that is left when joints are locked at a configuration (F,)."""
-    return instantaneous(linkage, theta, locked=names).mobility
+    return instantaneous_mobility(linkage, theta, locked=names).mobility
 
 
 @on_linkage

@@ -18,10 +18,10 @@ from mafsil.errors import InputError, ModelError
 from mafsil.geometry import pose, rotation
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
-from mafsil.mobility.linkages.drawing import drawn_at
+from mafsil.mobility.linkages.drawing import draw_at
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.linkage_joint import Kind
-from mafsil.mobility.linkages.loop_closure import are_lengths, body_poses, closed_near, loop_state, units
+from mafsil.mobility.linkages.loop_closure import are_lengths, body_poses, close_loops_near, loop_state, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import TYPED
 from mafsil.solvers import levenberg_marquardt
@@ -86,7 +86,7 @@ def can_assemble(linkage: Linkage, *, starts: int = 256, seed: int = 0) -> Exist
         starts: of the search.
         seed: of the starts.
     """
-    near = closed_near(linkage)  # 1
+    near = close_loops_near(linkage)  # 1
     if near:
         return Existence(ExistenceStatus.EXISTS, near.theta, float(near.gap))
     for loop in range(linkage.loops):  # 2
@@ -97,7 +97,7 @@ def can_assemble(linkage: Linkage, *, starts: int = 256, seed: int = 0) -> Exist
     found = assembly_modes(linkage, starts=starts, seed=seed)  # 3
     gap = min(found.least_gap, float(near.gap))
     if found:
-        best = closed_near(linkage, found.theta[0])
+        best = close_loops_near(linkage, found.theta[0])
         return Existence(ExistenceStatus.EXISTS, best.theta, float(best.gap))
     joint, distance, angle = least_gap(linkage)
     return Existence(
@@ -125,7 +125,7 @@ def loop_sides(linkage: Linkage, loop: int) -> tuple[tuple[float, ...], tuple[st
 
 
 @on_linkage
-def assembled(linkage: Linkage) -> Linkage:
+def close_drawing(linkage: Linkage) -> Linkage:
     """A linkage that is drawn apart, drawn where its loops close.
 
     Raises:
@@ -134,7 +134,7 @@ def assembled(linkage: Linkage) -> Linkage:
     found = can_assemble(linkage)
     if found.theta is None:
         raise ModelError("mobility.not_assembled", name=linkage.name or "-", reason=_Reason(found))
-    return drawn_at(linkage, found.theta)
+    return draw_at(linkage, found.theta)
 
 
 @dataclass(frozen=True)
@@ -222,7 +222,7 @@ def assembly_modes(
         if len(columns) != 1:
             raise InputError("mobility.one_freedom", joint=name, freedoms=len(columns))
         start[:, columns[0]] = value
-    found = closed_near(linkage, start, fixed=fixed)
+    found = close_loops_near(linkage, start, fixed=fixed)
     theta = found.theta[found.closed]
     poses = body_poses(linkage, theta)
     poses[..., :3, 3] /= linkage.size
@@ -250,13 +250,13 @@ def closed_beside_drawing(linkage: Linkage, seed: int = 0) -> Floats | None:
         linkage: as drawn.
         seed: of the starts.
     """
-    found = closed_near(linkage)
+    found = close_loops_near(linkage)
     if found:
         return found.theta
     reach = np.linspace(0.0, FARTHEST, TRIES + 1)[1:, None]
     starts = reach * np.random.default_rng(seed).uniform(-1.0, 1.0, (TRIES, linkage.coordinates))
     starts = np.where(are_lengths(linkage), starts / FARTHEST, starts) * units(linkage)
-    around = closed_near(linkage, starts)
+    around = close_loops_near(linkage, starts)
     if not around.closed.any():
         return None
     closed = around.theta[around.closed]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.loop_closure import are_lengths, closed_near, loop_matrix, units
+from mafsil.mobility.linkages.loop_closure import are_lengths, close_loops_near, loop_matrix, units
 from mafsil.solvers.points_on_circles import PointsOnCircles
 
 Corner = tuple[float, float, int]
@@ -76,7 +76,7 @@ class Charts:
     stuck: set[int] = field(default_factory=set[int])
 
     @classmethod
-    def started(cls, linkage: Linkage, theta: Floats, radius: float) -> Charts:
+    def first_chart(cls, linkage: Linkage, theta: Floats, radius: float) -> Charts:
         """One chart at a configuration (F,) whose mobility by rank is 2."""
         F = linkage.coordinates
         empty = cls(linkage, radius, np.zeros((0, F)), np.zeros((0, F, 2)), np.zeros(0), np.zeros(0))
@@ -116,7 +116,7 @@ class Charts:
         start, bases = self.points[ids], self.bases[ids]
         ahead = start + np.einsum("mfi,mi->mf", bases, aims)
         scale, length = units(self.linkage), np.linalg.norm(aims, axis=1)
-        closed = closed_near(self.linkage, ahead * scale, steps=NEWTON_STEPS)
+        closed = close_loops_near(self.linkage, ahead * scale, steps=NEWTON_STEPS)
         found = closed.theta / scale
         planes = tangent_planes(self.linkage, found)
         turn = np.arccos(np.clip(_least_cosine(bases, planes), 0.0, 1.0))
@@ -210,7 +210,7 @@ class Charts:
             planes = tangent_planes(self.linkage, here)
             ahead = differences(self.linkage, here, goal)
             below = np.einsum("mfi,mgi,mg->mf", planes, planes, ahead)
-            here = closed_near(self.linkage, (here + below) * scale, steps=NEWTON_STEPS).theta / scale
+            here = close_loops_near(self.linkage, (here + below) * scale, steps=NEWTON_STEPS).theta / scale
         gone = np.linalg.norm(differences(self.linkage, first, here), axis=1)
         there = np.linalg.norm(differences(self.linkage, here, goal), axis=1) < ARRIVED
         near = gone < 2 * CELL * self.radii[ids.reshape(-1)]

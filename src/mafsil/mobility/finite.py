@@ -21,7 +21,7 @@ from mafsil.arrays import Floats, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.blocks import Block, blocks
-from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous
+from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous_mobility
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import (
     LoopState,
@@ -168,7 +168,7 @@ def _of_block(linkage: Linkage, value: Floats, seed: int) -> FiniteMobility:
     if second.definite is not None:
         return _isolated(FiniteStatus.RIGID_SECOND_ORDER, linkage, d)
     u = value / units(linkage)  # 4
-    tried = admitted(second.forms, d, seed)[: None if len(second.forms) else PLENTY * d]
+    tried = admitted_motions(second.forms, d, seed)[: None if len(second.forms) else PLENTY * d]
     exact = float(np.clip(DIGITS * here.dropped, FINEST, EXACT))
     found = local_set(loop_equations(linkage), u, tried @ here.rates.T, exact, seed)
     branches = found.lines if found.dimensions == (1,) else 0
@@ -281,7 +281,7 @@ def mobility_around(
     if not len(closed):
         return None
     ranks = decompositions.ranks(loop_state(linkage, closed).matrix, LOOSE)
-    return instantaneous(linkage, closed[int(ranks.argmax())], share=LOOSE)
+    return instantaneous_mobility(linkage, closed[int(ranks.argmax())], share=LOOSE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -358,7 +358,7 @@ def _definite(forms: Floats) -> Floats | None:
     return None
 
 
-def admitted(forms: Floats, d: int, seed: int = 0) -> Floats:
+def admitted_motions(forms: Floats, d: int, seed: int = 0) -> Floats:
     """(k, d) unit first-order motions that all forms let continue, found from many starts by Newton's method.
 
     Args:

@@ -28,7 +28,7 @@ from mafsil.mobility.spaces.planar_positions import (
     circle_gap,
     finite_numbers,
     polygon_space,
-    wrapped,
+    wrap_angle,
 )
 from mafsil.mobility.tolerances import TOUCHING, TYPED
 
@@ -196,9 +196,9 @@ class FourBar:
         free = np.asarray(np.maximum(way, abs(L2 - L3)) <= TOUCHING * self.lengths.max(), dtype=np.bool_)
         missing = np.where(free, 0.0, circle_gap(B, L2, D, L3))
         closes = missing == 0.0
-        wound = wrapped(angle)
+        wound = wrap_angle(angle)
         back = np.copysign(np.clip(np.abs(wound), *self._dead_points), wound)
-        beyond = np.where(closes, 0.0, np.abs(wrapped(wound - back)) if self.space else 0.0)
+        beyond = np.where(closes, 0.0, np.abs(wrap_angle(wound - back)) if self.space else 0.0)
         crank = np.where(closes, angle, back)
         B = self._crank_end(crank)
         C = circle_crossings(B, L2, D, L3)
@@ -219,13 +219,13 @@ class FourBar:
         """(*batch, 4) relative angles, from that of the crank and the vectors from B to C and from C to D."""
         directions = [np.arctan2(link[..., 1], link[..., 0]) for link in (coupler, rocker)]
         first, *rest = np.broadcast_arrays(theta_1, *directions, np.pi)
-        return wrapped(np.diff(np.stack([np.zeros_like(first), first, *rest], axis=-1), axis=-1))
+        return wrap_angle(np.diff(np.stack([np.zeros_like(first), first, *rest], axis=-1), axis=-1))
 
     def closure(self, theta: ArrayLike) -> Floats:
         """(*batch, 3) sum L cos s [m], sum L sin s [m], s_4 - pi in (-pi, pi], with s_j = theta_1 + ... + theta_j."""
         s = np.cumsum(as_batch("theta", theta, (4,)), axis=-1)
         with np.errstate(invalid="ignore"):
-            around = wrapped(s[..., 3] - np.pi)
+            around = wrap_angle(s[..., 3] - np.pi)
         return np.stack([np.cos(s) @ self.lengths, np.sin(s) @ self.lengths, around], axis=-1)
 
     def closure_matrix(self, theta: ArrayLike) -> Floats:
@@ -270,7 +270,7 @@ class FourBar:
 
     def transmission_angle(self, theta: ArrayLike) -> Floats:
         """(*batch,) angle between coupler and rocker in [0, pi] [rad]: pi/2 is best, 0 and pi are dead points."""
-        return np.abs(wrapped(as_batch("theta", theta, (4,))[..., 2]))
+        return np.abs(wrap_angle(as_batch("theta", theta, (4,))[..., 2]))
 
     def coupler_point(self, theta: ArrayLike, along: float, across: float) -> Floats:
         """(*batch, 2) a point of the coupler: `along` from B towards C and `across` to the left of it [m]."""

@@ -108,7 +108,7 @@ class GrueblerCount(Answer, data="rule m links joints freedoms constraints loops
         }
 
 
-def count(links: int, freedoms: Sequence[int], rule: str = "spatial") -> GrueblerCount:
+def gruebler_count(links: int, freedoms: Sequence[int], rule: str = "spatial") -> GrueblerCount:
     """Gruebler's count from numbers alone.
 
     dof = m (N - 1) - sum (m - f) = m (N - 1 - J) + sum f

@@ -130,7 +130,7 @@ class InstantaneousMobility(
 
 
 @on_linkage
-def instantaneous(
+def instantaneous_mobility(
     linkage: Linkage, theta: ArrayLike | None = None, *, locked: Iterable[str] = (), share: float = RANK
 ) -> InstantaneousMobility:
     """Mobility by rank: rates of the joints that all loops allow to first order.
@@ -239,7 +239,7 @@ def _pattern(linkage: Linkage) -> _Pattern:
 
 
 @on_linkage
-def mobilities(linkage: Linkage, theta: ArrayLike) -> NDArray[np.intp]:
+def batch_mobility(linkage: Linkage, theta: ArrayLike) -> NDArray[np.intp]:
     """(*batch,) mobility by rank of many configurations (*batch, F) at once; each must close the loops [rad | m].
 
     Memory beyond input and output: two bytes and a number for each row.

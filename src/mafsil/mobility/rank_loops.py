@@ -51,7 +51,7 @@ def moved_by(T: Floats, S: Floats, u: float) -> None:
 
 
 @compiled
-def carried(T: Floats, S: Floats, out: Floats) -> None:
+def transform_screw(T: Floats, S: Floats, out: Floats) -> None:
     """Out (6,) <- Ad(T) S."""
     for i in range(3):
         out[i] = T[3 * i] * S[0] + T[3 * i + 1] * S[1] + T[3 * i + 2] * S[2]
@@ -62,7 +62,7 @@ def carried(T: Floats, S: Floats, out: Floats) -> None:
 
 
 @compiled
-def walked(
+def place_bodies(
     u: Floats, S: Floats, first: NDArray[np.int64], tree: NDArray[np.int64], ends: NDArray[np.int64],
     closing: NDArray[np.int64], T: Floats, W: Floats,
 ) -> None:  # fmt: skip
@@ -91,7 +91,7 @@ def walked(
             T[a] = here
         here[:] = T[a]
         for k in range(first[j], first[j + 1]):
-            carried(here, S[k], W[k])
+            transform_screw(here, S[k], W[k])
             moved_by(here, S[k], u[k])
         if not loop and tree[step, 1] == 1:
             T[b] = here
@@ -155,10 +155,10 @@ def ranks(
     closing: NDArray[np.int64], cycles: NDArray[np.int64], tolerance: float, rank: NDArray[np.int64],
     doubt: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Rank of the loop matrix at each row of u (B, F); arguments as of `walked`.
+    """Rank of the loop matrix at each row of u (B, F); arguments as of `place_bodies`.
 
     Args:
-        u, S, first, tree, ends, closing: see `walked`.
+        u, S, first, tree, ends, closing: see `place_bodies`.
         cycles: (L, J) senses in which the loops pass the joints.
         tolerance: see `rank_of_rows`.
         rank: (B,) filled.
@@ -167,7 +167,7 @@ def ranks(
     F, L = len(S), len(closing)
     T, W, A, size = np.zeros((ends.max() + 1, 12)), np.zeros((F, 6)), np.zeros((6 * L, F)), np.zeros(6 * L)
     for row in range(len(u)):
-        walked(u[row], S, first, tree, ends, closing, T, W)  # 1
+        place_bodies(u[row], S, first, tree, ends, closing, T, W)  # 1
         A[:] = 0.0
         for loop in range(L):  # 2
             for j in range(len(ends)):

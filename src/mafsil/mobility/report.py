@@ -23,12 +23,12 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.catalogue import keys
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
-from mafsil.mobility.assembly_existence import assembled
+from mafsil.mobility.assembly_existence import close_drawing
 from mafsil.mobility.blocks import blocks
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
 from mafsil.mobility.four_bar import four_bar_of
 from mafsil.mobility.gruebler import GrueblerCount, Structure, gruebler, structure
-from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous
+from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous_mobility
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import configuration, largest_gap, loop_equations, loop_state, misfit, units
 from mafsil.mobility.linkages.mechanism_linkage import LinkageLike, as_linkage
@@ -208,19 +208,19 @@ def mobility(
     """
     linkage = as_linkage(source, q)
     if linkage.apart:
-        linkage = assembled(linkage)
+        linkage = close_drawing(linkage)
     gap = float(largest_gap(linkage))
     if gap > CLOSED:
         raise InputError("mobility.gapes", name=linkage.name or "-", gap=gap)
     return Mobility(
-        linkage, structure(linkage), gruebler(linkage, rule), instantaneous(linkage),
+        linkage, structure(linkage), gruebler(linkage, rule), instantaneous_mobility(linkage),
         finite_mobility(linkage, seed=seed), mobility_around(linkage, seed=seed), redundant_constraints(linkage),
         actuation(linkage), not_negative("play", play), exactness(linkage),
     )  # fmt: skip
 
 
 @on_linkage
-def rates(linkage: Linkage, driven: str, theta: ArrayLike | None = None) -> dict[str, float]:
+def unit_rates(linkage: Linkage, driven: str, theta: ArrayLike | None = None) -> dict[str, float]:
     """Rates of all joints of one freedom for unit rate of one of them, of a linkage of mobility 1.
 
     Args:
@@ -231,7 +231,7 @@ def rates(linkage: Linkage, driven: str, theta: ArrayLike | None = None) -> dict
     Raises:
         InputError: the mobility is not 1, or that joint stands still in the motion.
     """
-    found = instantaneous(linkage, theta)
+    found = instantaneous_mobility(linkage, theta)
     if found.mobility != 1:
         raise InputError("mobility.not_one", mobility=found.mobility)
     column = int(linkage.columns_of([driven])[0])
@@ -251,7 +251,7 @@ def body_rates(linkage: Linkage, driven: str, bodies: Iterable[str], theta: Arra
         bodies: names.
         theta: (F,) configuration [rad | m].
     """
-    rate = rates(linkage, driven, theta)
+    rate = unit_rates(linkage, driven, theta)
     values = np.array([rate[name] for name in linkage.coordinate_names])
     spins = (np.abs(linkage.screws[:3]).max(axis=0) > 0) * np.sign(linkage.screws[2]) * values
     rows = [linkage.paths[linkage.bodies.index(body)][linkage.joint_of] for body in bodies]

@@ -13,7 +13,7 @@ from mafsil.arrays import Booleans, Floats, number, positive
 from mafsil.mobility.four_bar import least_positive, require_reached
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.linkage_joint import joint
-from mafsil.mobility.spaces.planar_positions import finite_numbers, wrapped
+from mafsil.mobility.spaces.planar_positions import finite_numbers, wrap_angle
 from mafsil.mobility.tolerances import TOUCHING
 
 
@@ -104,7 +104,7 @@ class SliderCrank:
         missing = np.where(reaches, 0.0, np.abs(rise) - self.rod)
         # The dead point has sin theta = (e +- l) / r; of its two angles the nearer one.
         first = np.arcsin(np.clip((self.offset + np.copysign(self.rod, rise)) / self.crank, -1.0, 1.0))
-        near, far = wrapped(first - angle), wrapped(np.pi - first - angle)
+        near, far = wrap_angle(first - angle), wrap_angle(np.pi - first - angle)
         shift = np.where(reaches, 0.0, np.where(np.abs(near) <= np.abs(far), near, far))
         closes = abs(self.offset) <= self.crank + self.rod * (1.0 + TOUCHING)
         crank = angle + shift

@@ -22,11 +22,11 @@ from mafsil.messages import say
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.charts import SMALLEST, Charts, Whole, differences, tangent_planes, wrapped_points
 from mafsil.mobility.finite import require_motions
-from mafsil.mobility.instantaneous import instantaneous
+from mafsil.mobility.instantaneous import instantaneous_mobility
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.loop_closure import closed_near, configuration, loop_matrix, loop_state, units
+from mafsil.mobility.linkages.loop_closure import close_loops_near, configuration, loop_matrix, loop_state, units
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.surface_mesh import agreed, area, edges, is_closed, is_orientable, trimmed
+from mafsil.mobility.surface_mesh import agreed_triangles, area, edges, is_closed, is_orientable, trim_openings
 from mafsil.mobility.tolerances import CLOSED, PATH_STEP
 
 GAUSS_NEWTON_STEPS = 30
@@ -166,22 +166,22 @@ def trace_surface(
     """
     largest, most = positive("step", step), whole("points", points, 3, 1_000_000)
     start = without_balls_at(linkage, configuration(linkage, theta))
-    return followed(without_balls(linkage), start, largest, most)
+    return follow_surface(without_balls(linkage), start, largest, most)
 
 
-def followed(linkage: Linkage, theta: Floats, largest: float, most: int) -> ConfigurationSurface:
+def follow_surface(linkage: Linkage, theta: Floats, largest: float, most: int) -> ConfigurationSurface:
     """The same of a linkage without balls; arguments as for `trace_surface`."""
-    start = closed_near(linkage, theta)
+    start = close_loops_near(linkage, theta)
     if not start:
         raise InputError("mobility.surface_start", gap=float(start.gap))
-    mobility = instantaneous(linkage, start.theta).mobility
+    mobility = instantaneous_mobility(linkage, start.theta).mobility
     if mobility != 2:
         raise InputError("mobility.surface_two", mobility=mobility)
     require_motions(linkage, start.theta, 2)
-    charts = Charts.started(linkage, start.theta, largest)
+    charts = Charts.first_chart(linkage, start.theta, largest)
     all_covered = charts.spread(most)
-    triangles, left = agreed(charts)
-    triangles, rim, openings = trimmed(triangles, charts.stuck)
+    triangles, left = agreed_triangles(charts)
+    triangles, rim, openings = trim_openings(triangles, charts.stuck)
     singular, alone = pinches(charts, AROUND_PINCH * SMALLEST * largest)
     branches = crossings(charts, edges(triangles)[0])
     if not all_covered:
@@ -311,7 +311,7 @@ def _between(linkage: Linkage, ends: tuple[Floats, Floats], values: tuple[Floats
     here, stayed = low, np.zeros(len(low))
     for _ in range(MOST_TRIES):
         share = np.clip(above / np.maximum(above - below, np.finfo(np.float64).tiny), 0.01, 0.99)  # 1
-        before, here = here, closed_near(linkage, (low + share[:, None] * (high - low)) * scale).theta / scale
+        before, here = here, close_loops_near(linkage, (low + share[:, None] * (high - low)) * scale).theta / scale
         value = _sign(linkage, here, *frame)
         after = value < 0  # 2
         above = np.where(after, np.where(stayed > 0, above / 2, above), value)

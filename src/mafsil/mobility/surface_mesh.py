@@ -22,7 +22,7 @@ what would take a point its cell."""
 Triangle = tuple[int, int, int]
 
 
-def agreed(charts: Charts, seed: int = 0) -> tuple[Whole, int]:
+def agreed_triangles(charts: Charts, seed: int = 0) -> tuple[Whole, int]:
     """Triangles (t, 3) that the cells of all three corners have, and how many others are left inside.
 
     1. The cell of a chart names its neighbours in order: two that follow each other make a triangle with it.
@@ -102,7 +102,7 @@ def is_closed(triangles: Whole, corners: int) -> bool:
     return _pieces(edges(triangles)[0], corners) == 1
 
 
-def trimmed(triangles: Whole, without: set[int]) -> tuple[Whole, Whole, int]:
+def trim_openings(triangles: Whole, without: set[int]) -> tuple[Whole, Whole, int]:
     """A surface with openings: triangles without some corners, and without those at which it would not be one.
 
     Args:

@@ -13,11 +13,11 @@ from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.finite import all_are_real
-from mafsil.mobility.instantaneous import instantaneous
+from mafsil.mobility.instantaneous import instantaneous_mobility
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.loop_closure import are_lengths, closed_near
+from mafsil.mobility.linkages.loop_closure import are_lengths, close_loops_near
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.surface import LONGEST, MOST_POINTS, ConfigurationSurface, followed
+from mafsil.mobility.surface import LONGEST, MOST_POINTS, ConfigurationSurface, follow_surface
 
 
 class SurfacesStatus(Status):
@@ -101,16 +101,16 @@ def configuration_surfaces(
     start = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, linkage.coordinates))
     start = start * np.where(are_lengths(linkage), linkage.size / np.pi, 1.0)
     start[0] = drawn
-    closed = closed_near(linkage, start)
+    closed = close_loops_near(linkage, start)
     left = closed.theta[closed.closed]
     surfaces: list[ConfigurationSurface] = []
     hits: list[int] = []
     others = 0
     while len(left):
-        if instantaneous(linkage, left[0]).mobility != 2 or not all_are_real(linkage, left[0], 2):
+        if instantaneous_mobility(linkage, left[0]).mobility != 2 or not all_are_real(linkage, left[0], 2):
             others, left = others + 1, left[1:]
             continue
-        surfaces.append(followed(linkage, left[0], longest, most))
+        surfaces.append(follow_surface(linkage, left[0], longest, most))
         on = surfaces[-1].holds(left)
         on[0] = True
         hits.append(int(on.sum()))

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array
 from mafsil.errors import InputError
-from mafsil.mobility.spaces.planar_positions import finite_numbers, wrapped
+from mafsil.mobility.spaces.planar_positions import finite_numbers, wrap_angle
 
 
 def chart(q: ArrayLike) -> Floats:
@@ -20,7 +20,7 @@ def difference(a: ArrayLike, b: ArrayLike) -> Floats:
     """(*batch, n) shortest way b - a of each angle in (-pi, pi] [rad]."""
     start, end = finite_numbers("a", a), finite_numbers("b", b)
     try:
-        return wrapped(end - start)
+        return wrap_angle(end - start)
     except ValueError:
         raise InputError("input.shape", name="b", expected=start.shape, got=end.shape, hint="") from None
 
@@ -35,7 +35,7 @@ def between(a: ArrayLike, b: ArrayLike, s: float) -> Floats:
     return chart(finite_numbers("a", a) + s * difference(a, b))
 
 
-def embedded(q: ArrayLike, radius: float = 2.0, tube: float = 0.7) -> Floats:
+def embed_in_space(q: ArrayLike, radius: float = 2.0, tube: float = 0.7) -> Floats:
     """(*batch, 3) two angles (a, b) as a point of a torus in space.
 
     ((R + r cos b) cos a, (R + r cos b) sin a, r sin b)

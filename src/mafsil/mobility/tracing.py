@@ -19,9 +19,9 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.mobility.finite import all_are_real, require_motions
-from mafsil.mobility.instantaneous import instantaneous, null_space
+from mafsil.mobility.instantaneous import instantaneous_mobility, null_space
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.loop_closure import body_poses, closed_near, configuration, loop_matrix, units
+from mafsil.mobility.linkages.loop_closure import body_poses, close_loops_near, configuration, loop_matrix, units
 from mafsil.mobility.on_linkage import on_linkage
 
 SHORTEST = 1e-5
@@ -74,7 +74,7 @@ class Trace(Answer, data="length theta branch_points"):
         places = np.flatnonzero(rate[:-1] * rate[1:] < 0)
         low, high, tangents = self.theta[places], self.theta[places + 1], self.tangents[places]
         for _ in range(BISECTIONS if len(places) else 0):
-            middle = closed_near(self.linkage, (low + high) / 2).theta
+            middle = close_loops_near(self.linkage, (low + high) / 2).theta
             here = np.linalg.svd(loop_matrix(self.linkage, middle))[2][:, -1]
             sense = np.sign(np.sum(here * tangents, axis=-1))
             before = (sense * here[:, column] * tangents[:, column] > 0)[:, None]
@@ -117,7 +117,7 @@ def trace_motion(
     path, tangents, branches = [here], [frame.tangent], list[Floats]()
     begin, h, status = body_poses(linkage, here), largest / 4, TraceStatus.OPEN
     for _ in range(most):
-        moved = closed_near(linkage, here + h * frame.tangent * scale)
+        moved = close_loops_near(linkage, here + h * frame.tangent * scale)
         gone = (moved.theta - here) / scale
         correction = float(np.linalg.norm(gone - h * frame.tangent)) / h
         if not moved or correction > TOO_FAR:
@@ -182,7 +182,7 @@ def _branch_point(linkage: Linkage, start: Floats, end: Floats, frame: _Frame) -
     """Where between two points the orientation reverses, by bisection along the chord."""
     low, high = start, end
     for _ in range(BISECTIONS):
-        middle = closed_near(linkage, (low + high) / 2).theta
+        middle = close_loops_near(linkage, (low + high) / 2).theta
         after = _Frame.at(linkage, middle, frame)
         if frame.reversed_by(linkage, middle, after.tangent):
             high = middle
@@ -292,7 +292,7 @@ def configuration_curves(
     start = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, linkage.coordinates))
     start = start * np.where(scale == 1.0, 1.0, linkage.size / np.pi)
     start[0] = 0.0
-    closed = closed_near(linkage, start)
+    closed = close_loops_near(linkage, start)
     curves: list[Trace] = []
     hits: list[int] = []
     others = 0
@@ -300,7 +300,7 @@ def configuration_curves(
         on = [k for k, curve in enumerate(curves) if _lies_on(linkage, theta, curve, longest)]
         if on:
             hits[on[0]] += 1
-        elif instantaneous(linkage, theta).mobility != 1 or not all_are_real(linkage, theta, 1):
+        elif instantaneous_mobility(linkage, theta).mobility != 1 or not all_are_real(linkage, theta, 1):
             others += 1
         else:
             curves.append(trace_motion(linkage, theta, step=longest, steps=steps))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from mafsil.errors import ModelError
-from mafsil.fields import checked, or_none, real
+from mafsil.fields import check_fields, or_none, real
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class Actuator:
     rotor_inertia: float = 0.0
     gear_ratio: float = 1.0
     armature: float = 0.0
-    _numbers = checked(rotor_inertia=real, gear_ratio=real, armature=real)
+    _numbers = check_fields(rotor_inertia=real, gear_ratio=real, armature=real)
 
     def __post_init__(self) -> None:
         self._numbers()
@@ -58,7 +58,7 @@ class Friction:
     coulomb: float = 0.0
     coulomb_negative: float | None = None
     offset: float = 0.0
-    _numbers = checked(viscous=real, coulomb=real, coulomb_negative=or_none(real), offset=real)
+    _numbers = check_fields(viscous=real, coulomb=real, coulomb_negative=or_none(real), offset=real)
 
     def __post_init__(self) -> None:
         self._numbers()

@@ -14,9 +14,9 @@ from mafsil.errors import FileError
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mesh import Surface, read
-from mafsil.model.mesh.decimation import decimated
+from mafsil.model.mesh.decimation import decimate
 from mafsil.model.shape import SHELL, Box, Capsule, Colour, Cylinder, Mesh, Shape, Sphere
-from mafsil.model.skeleton import outlined, tip_tubes, with_skeleton
+from mafsil.model.skeleton import outline, tip_tubes, with_skeleton
 
 MOST_TRIANGLES = 60_000
 MOST_BYTES = 256 << 20
@@ -58,7 +58,7 @@ def pieces(mechanism: Mechanism, most_triangles: int = MOST_TRIANGLES) -> tuple[
         most_triangles: of all surfaces in files together; beyond it they are simplified.
     """
     files = _Files(most_triangles)
-    of_outline = outlined(mechanism)
+    of_outline = outline(mechanism)
     if of_outline is not None and not _shown_enough(mechanism, [files.seen(link) for link in mechanism.links]):
         own = [primitives(link.visuals) for link in of_outline.links]
         own[mechanism.link_names.index(mechanism.tip)] += primitives(tip_tubes(mechanism))
@@ -167,7 +167,7 @@ class _Files:
             return None
         if whole is None or not len(whole.faces) or not np.abs(whole.vertices[whole.faces]).max() < 1e6:
             return None
-        return decimated(whole.scaled(scale), self.most)
+        return decimate(whole.scale(scale), self.most)
 
     def within_budget(self, own: list[Pieces]) -> Iterator[Pieces]:
         """The same pieces with surfaces thinned out so that all together keep to the budget."""
@@ -177,7 +177,7 @@ class _Files:
             yield from own
             return
         allowed = _allowances([len(surface.faces) for surface in drawn], self.most)
-        fewer = {id(s): s if len(s.faces) <= a else decimated(s, a) for s, a in zip(drawn, allowed, strict=True)}
+        fewer = {id(s): s if len(s.faces) <= a else decimate(s, a) for s, a in zip(drawn, allowed, strict=True)}
         for of_link in own:
             yield tuple(
                 replace(p, geometry=fewer[id(p.geometry)]) if isinstance(p.geometry, Surface) else p for p in of_link

@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, as_batch, number
 from mafsil.errors import InputError, InputWarning, ModelError, warn
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.model.diagnostics import Diagnostic
 from mafsil.model.faults import DH_DEGREES
 from mafsil.model.joint import JointKind
@@ -67,7 +67,7 @@ class DHRow:
     theta: float = 0.0
     kind: Literal["R", "P"] = "R"
     offset: float = 0.0
-    __post_init__ = checked(a=number, alpha=number, d=number, theta=number, offset=number)
+    __post_init__ = check_fields(a=number, alpha=number, d=number, theta=number, offset=number)
 
     def transform(self, convention: Convention | str, q: float = 0.0) -> PoseMatrix:
         """(4, 4) link transform T_i-1,i at the joint coordinate q [rad | m]."""

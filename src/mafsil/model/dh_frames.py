@@ -115,7 +115,7 @@ def slid(table: DHTable, index: int, distance: float) -> DHTable:
     return _move(table, index, Freedom.TRANSLATION, distance, 0.0)
 
 
-def turned(table: DHTable, index: int, angle: float) -> DHTable:
+def turn_frame(table: DHTable, index: int, angle: float) -> DHTable:
     """The same arm with frame {index} turned about its own z.
 
     Args:

@@ -48,7 +48,7 @@ class Edit:
     replacement: str
 
 
-def edited(data: bytes, edits: Iterable[Edit]) -> bytes:
+def apply_edits(data: bytes, edits: Iterable[Edit]) -> bytes:
     """The bytes after edits that do not overlap."""
     pieces: list[bytes] = []
     at = 0

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from mafsil.errors import ModelError, ModelWarning, warn
 from mafsil.model.asset_path import Assets
-from mafsil.model.diagnostics import Diagnostic, Repair, Report, Severity, edited, require_mechanism
+from mafsil.model.diagnostics import Diagnostic, Repair, Report, Severity, apply_edits, require_mechanism
 from mafsil.model.faults import INCONSISTENT, NO_ARGUMENTS, NO_MODELS, PARDONED
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.reading import Reading
@@ -127,8 +127,8 @@ class FileReader:
             if not silent:
                 warn_of(mechanism)
             return mechanism
-        text, changes = mended(source, self.limits, self.report_of, of_errors)
-        return noted(require_mechanism(self.report_of(text)), changes)
+        text, changes = apply_repairs(source, self.limits, self.report_of, of_errors)
+        return note_changes(require_mechanism(self.report_of(text)), changes)
 
     def diagnose(self, source: Source) -> Report:
         """All that is to be said."""
@@ -140,7 +140,7 @@ class FileReader:
 
     def repair(self, source: Source) -> tuple[str, tuple[Change, ...]]:
         """The corrected text and what was changed."""
-        text, changes = mended(source, self.limits, self.report_of)
+        text, changes = apply_repairs(source, self.limits, self.report_of)
         return text.data.decode("utf-8"), changes
 
     def report_of(self, text: Text) -> Report:
@@ -234,7 +234,7 @@ def of_errors(diagnostic: Diagnostic) -> bool:
     return certain(diagnostic) and (diagnostic.severity is Severity.ERROR or diagnostic.fault in PARDONED)
 
 
-def mended(
+def apply_repairs(
     source: Source, limits: ReadLimits, report_of: Callable[[Text], Report], requested: Requested = certain
 ) -> tuple[Text, tuple[Change, ...]]:
     """The document with the offered repairs carried out that are requested.
@@ -263,12 +263,12 @@ def mended(
         if not chosen:
             break
         edits = [edit for change in chosen for edit in change.repair.edits]
-        text = replace(text, data=edited(text.data, edits), remarks=())
+        text = replace(text, data=apply_edits(text.data, edits), remarks=())
         changes.extend(chosen)
     return text, tuple(changes)
 
 
-def noted(mechanism: Mechanism, changes: tuple[Change, ...]) -> Mechanism:
+def note_changes(mechanism: Mechanism, changes: tuple[Change, ...]) -> Mechanism:
     """The mechanism with the changes among the notes of its provenance."""
     provenance = mechanism.provenance
     notes = (*(change.sentence("en") for change in changes), *provenance.notes)

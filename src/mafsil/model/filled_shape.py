@@ -11,7 +11,7 @@ from mafsil.model.mesh import read
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 
 
-def filled(geometry: Geometry, density: float = 1.0) -> Inertial | None:
+def fill_shape(geometry: Geometry, density: float = 1.0) -> Inertial | None:
     """A shape filled evenly, in its own frame; None of a mesh that cannot be read or is not closed.
 
     Args:
@@ -29,7 +29,7 @@ def filled(geometry: Geometry, density: float = 1.0) -> Inertial | None:
             return capsule(density * np.pi * r * r * (h + 4 / 3 * r), r, h)
         case Mesh(_, path, scale):
             try:
-                inside = None if path is None else read(path).scaled(scale)
+                inside = None if path is None else read(path).scale(scale)
                 return None if inside is None else surface(inside.vertices, inside.faces, density=density)
             except (FileError, ModelError):
                 return None

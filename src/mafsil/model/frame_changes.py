@@ -17,7 +17,7 @@ from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import checked_pose
 
 
-def reframed(robot: RobotLike, *, base: ArrayLike | None = None, tool: ArrayLike | None = None) -> Mechanism:
+def change_frames(robot: RobotLike, *, base: ArrayLike | None = None, tool: ArrayLike | None = None) -> Mechanism:
     """The arm seen from another fixed frame and by another tool frame: T' = P T Q.
 
     home' = P home Q, S' = Ad(P) S, B' = Ad(Q^-1) B, J_s' = Ad(P) J_s, J_b' = Ad(Q^-1) J_b. Gravity stays the vector it
@@ -87,7 +87,7 @@ def with_reversed_joint(robot: RobotLike, name: str) -> Mechanism:
 def _turn(joint: Joint, name: str) -> Joint:
     mimic = joint.mimic
     if mimic is not None and mimic.leader == name:
-        joint = replace(joint, mimic=mimic.reversed(leader=True))
+        joint = replace(joint, mimic=mimic.reverse(leader=True))
     if joint.name != name:
         return joint
     limits = replace(joint.limits, lower=-joint.limits.upper, upper=-joint.limits.lower)
@@ -97,5 +97,5 @@ def _turn(joint: Joint, name: str) -> Joint:
         if friction.coulomb_negative is not None:
             friction = replace(friction, coulomb=friction.coulomb_negative, coulomb_negative=friction.coulomb)
     if mimic is not None:
-        mimic = mimic.reversed(leader=False)
+        mimic = mimic.reverse(leader=False)
     return replace(joint, axis=-joint.axis, limits=limits, friction=friction, mimic=mimic)

@@ -13,7 +13,7 @@ from numpy.polynomial import Polynomial
 
 from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
 from mafsil.errors import ModelError
-from mafsil.fields import checked, real
+from mafsil.fields import check_fields, real
 from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.limits import Limits
 from mafsil.model.link import fixed_array
@@ -65,7 +65,7 @@ class Mimic:
     multiplier: float = 1.0
     offset: float = 0.0
     higher: tuple[float, ...] = ()
-    _numbers = checked(multiplier=real, offset=real)
+    _numbers = check_fields(multiplier=real, offset=real)
 
     def __post_init__(self) -> None:
         self._numbers()
@@ -79,7 +79,7 @@ class Mimic:
 
     def curve(self, order: int = 0) -> tuple[float, ...]:
         """Coefficients of q, or of one of its derivatives by x, the lowest power first."""
-        return differentiated((self.offset, self.multiplier, *self.higher), order)
+        return differentiate((self.offset, self.multiplier, *self.higher), order)
 
     def after(self, other: Mimic) -> Mimic:
         """The coupling to the leader of another one, which this one's leader follows."""
@@ -89,7 +89,7 @@ class Mimic:
         offset, multiplier, *higher = polynomial(self.curve(), Polynomial(other.curve())).coef
         return Mimic(other.leader, float(multiplier), float(offset), tuple(float(x) for x in higher))
 
-    def reversed(self, *, leader: bool) -> Mimic:
+    def reverse(self, *, leader: bool) -> Mimic:
         """The coupling where the leader, or else the follower, is counted the other way."""
         offset, multiplier, *higher = ((-1.0) ** (k if leader else 1) * c for k, c in enumerate(self.curve()))
         return Mimic(self.leader, multiplier, offset, tuple(higher))
@@ -125,7 +125,7 @@ def polynomial(coefficients: Sequence[float], x: Number) -> Number:
     return total
 
 
-def differentiated(coefficients: Sequence[float], order: int) -> tuple[float, ...]:
+def differentiate(coefficients: Sequence[float], order: int) -> tuple[float, ...]:
     """Coefficients of a derivative of a polynomial, the lowest power first."""
     return tuple(c * perm(k, order) for k, c in enumerate(coefficients) if k >= order)
 

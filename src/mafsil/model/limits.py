@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError, ModelError
-from mafsil.fields import checked, numbers, real
+from mafsil.fields import check_fields, numbers, real
 
 UNBOUNDED = 1e16
 """A bound of this magnitude or more means none: the default of SDFormat, written where a format demands a number."""
@@ -46,7 +46,7 @@ def require_order(lower: Floats, upper: Floats) -> None:
         raise ModelError("model.limits_swapped", lower=low, upper=high)
 
 
-def bounded(value: float) -> float:
+def bound_value(value: float) -> float:
     """The bound that a number of a file means: infinite from UNBOUNDED on."""
     return copysign(inf, value) if abs(value) >= UNBOUNDED else value
 
@@ -70,7 +70,7 @@ class Limits:
     acceleration: float = inf
     jerk: float = inf
     effort: float = inf
-    _numbers = checked(**dict.fromkeys(_BOUNDS, real))
+    _numbers = check_fields(**dict.fromkeys(_BOUNDS, real))
 
     def __post_init__(self) -> None:
         self._numbers()
@@ -94,7 +94,7 @@ class JointLimits:
     acceleration: Floats
     jerk: Floats
     effort: Floats
-    _numbers = checked(**dict.fromkeys(_BOUNDS, numbers(1, unbounded=True)))
+    _numbers = check_fields(**dict.fromkeys(_BOUNDS, numbers(1, unbounded=True)))
 
     def __post_init__(self) -> None:
         self._numbers()
@@ -105,16 +105,16 @@ class JointLimits:
                 raise InputError("input.shape", name=name, expected=self.lower.shape, got=got, hint="")
         require_order(self.lower, self.upper)
 
-    def admitted(self, q: Floats) -> Floats:
+    def snap_to_limits(self, q: Floats) -> Floats:
         """(*batch, n) measured coordinates, those beyond a limit by at most MEASURED on it, all others as they are."""
-        return admitted(q, self.lower, self.upper)
+        return snap_to_bounds(q, self.lower, self.upper)
 
     def within(self, q: Floats) -> NDArray[np.bool_]:
         """(*batch, n) which measured coordinates count as within their limits: beyond them by at most MEASURED."""
         return np.asarray((q >= self.lower - MEASURED) & (q <= self.upper + MEASURED), dtype=np.bool_)
 
 
-def admitted(q: Floats, lower: Floats, upper: Floats) -> Floats:
+def snap_to_bounds(q: Floats, lower: Floats, upper: Floats) -> Floats:
     """(*batch, n) measured coordinates, those beyond a bound by at most MEASURED on it, all others as they are."""
     on = np.clip(q, lower, upper)
     return np.where(np.abs(on - q) <= MEASURED, on, q)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3, as_batch, frozen
 from mafsil.errors import InputError, ModelError
-from mafsil.fields import checked, real
+from mafsil.fields import check_fields, real
 from mafsil.model.placement import turned_tensor
 from mafsil.model.shape import Shape
 from mafsil.model.tolerances import WRITTEN
@@ -44,7 +44,7 @@ class Inertial:
     mass: float
     com: Vector3 = field(default_factory=lambda: frozen(np.zeros(3)))
     inertia: Floats = field(default_factory=lambda: frozen(np.zeros((3, 3))))
-    _numbers = checked(mass=real)
+    _numbers = check_fields(mass=real)
 
     def __post_init__(self) -> None:
         self._numbers()

@@ -101,7 +101,7 @@ def mechanism_from_local_screws(
 
 
 @of_mechanism
-def rezeroed(mechanism: Mechanism, q0: ArrayLike) -> Screws:
+def shift_zero(mechanism: Mechanism, q0: ArrayLike) -> Screws:
     """Screws and home pose when the configuration q0 is called zero: T(q) = exp([S'_1] (q_1 - q0_1)) ... home'.
 
     S'_i = Ad(exp([S_1] q0_1) ... exp([S_i-1] q0_i-1)) S_i, home' = T(q0).

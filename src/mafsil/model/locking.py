@@ -14,7 +14,7 @@ from mafsil.model.tolerances import WRITTEN
 
 
 def lock_joints(joints: tuple[Joint, ...], coordinates: Mapping[str, float]) -> tuple[Joint, ...]:
-    """The joints of a tree, some of them locked; arguments and errors as `Mechanism.locked`."""
+    """The joints of a tree, some of them locked; arguments and errors as `Mechanism.with_locked_joints`."""
     values = _coordinates(joints, coordinates)
     return tuple(_locked_joint(joint, values) for joint in joints)
 

@@ -97,8 +97,8 @@ class _Reader:
         if not isinstance(entries, list) or not entries:
             raise FileError("model.loops_none", path=self.source)
         loops = [self.loop(entry, k + 1) for k, entry in enumerate(cast("list[object]", entries))]
-        own, joints = self.mechanism, self.replaced(data.get("joint", []))
-        joints = self.driven(joints, data.get("driven")) if "driven" in data else joints
+        own, joints = self.mechanism, self.replace_joints(data.get("joint", []))
+        joints = self.set_driven(joints, data.get("driven")) if "driven" in data else joints
         note = say("model.loops_read", language="en", source=self.source, loops=", ".join(each.name for each in loops))
         try:
             return Mechanism.assemble(
@@ -147,7 +147,7 @@ class _Reader:
             return name
         return carried[name]
 
-    def replaced(self, given: object) -> tuple[Joint, ...]:
+    def replace_joints(self, given: object) -> tuple[Joint, ...]:
         """The joints of the tree, those that the file names as it says; links between their parts are kept apart."""
         chains: dict[str, list[Joint]] = {joint.name: [joint] for joint in self.mechanism.joints}
         for k, entry in enumerate(cast("list[object]", given) if isinstance(given, list) else [given]):
@@ -177,7 +177,7 @@ class _Reader:
             raise FileError("mobility.file_value", path=self.source, place=shown, expected=", ".join(known))
         return given
 
-    def driven(self, joints: tuple[Joint, ...], given: object) -> tuple[Joint, ...]:
+    def set_driven(self, joints: tuple[Joint, ...], given: object) -> tuple[Joint, ...]:
         """The joints, actuated if they are named."""
         names = cast("list[object]", given) if isinstance(given, list) else [None]
         known = [joint.name for joint in joints if joint.moves]

@@ -115,7 +115,7 @@ def curve_loss(mechanism: Mechanism, name: str, *, degree: int = 1) -> Iterator[
         yield Loss("writing.curve", Weight.REFUSED, "", {"format": name, "names": names, "degree": degree})
 
 
-def settled(losses: Iterable[Loss], known: tuple[str, ...], without: Collection[str]) -> tuple[Loss, ...]:
+def settle_losses(losses: Iterable[Loss], known: tuple[str, ...], without: Collection[str]) -> tuple[Loss, ...]:
     """The losses, if none of them forbids the file.
 
     Args:
@@ -140,7 +140,7 @@ def settled(losses: Iterable[Loss], known: tuple[str, ...], without: Collection[
     return found
 
 
-def delivered(document: Document, robot: str, path: str | PathLike[str] | None, without: Collection[str]) -> str:
+def deliver(document: Document, robot: str, path: str | PathLike[str] | None, without: Collection[str]) -> str:
     """The text, written to a file if there is a path.
 
     Args:

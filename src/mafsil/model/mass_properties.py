@@ -190,7 +190,7 @@ def surface(vertices: ArrayLike, faces: ArrayLike, *, density: float = 1000.0, m
     return Inertial(body.mass, frozen(body.com + centre), body.inertia)
 
 
-def combined(parts: Sequence[tuple[Inertial, PoseMatrix]]) -> Inertial:
+def combine_bodies(parts: Sequence[tuple[Inertial, PoseMatrix]]) -> Inertial:
     """Several bodies fixed to each other as one.
 
     Args:
@@ -201,13 +201,13 @@ def combined(parts: Sequence[tuple[Inertial, PoseMatrix]]) -> Inertial:
 
     Reference: Lynch & Park, Modern Robotics, eq. 8.26 (change of axes).
     """
-    whole = united(*(moved_inertial(body, as_batch("pose", pose, (4, 4), finite=True)) for body, pose in parts))
+    whole = unite_bodies(*(moved_inertial(body, as_batch("pose", pose, (4, 4), finite=True)) for body, pose in parts))
     if whole is None or not whole.mass > 0:
         raise ModelError("dynamics.mass", mass=0.0)
     return whole
 
 
-def united(*bodies: Inertial | None) -> Inertial | None:
+def unite_bodies(*bodies: Inertial | None) -> Inertial | None:
     """Bodies fixed to each other, all given in one frame, as one; some of them, or all, may be without mass.
 
     I = sum of I_i + m_i (|d_i|^2 E - d_i d_i'), d_i from the common centre of mass

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
-from mafsil.fields import checked, vector
+from mafsil.fields import check_fields, vector
 from mafsil.lazy_module import lazily
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import JointLimits
@@ -97,7 +97,7 @@ class Mechanism:
     T_sb: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
     gravity: Vector3 = field(default_factory=lambda: frozen(STANDARD_GRAVITY))
     provenance: Provenance = Provenance()
-    __post_init__ = checked(T_lt=frozen_pose, T_sb=frozen_pose, gravity=vector(3))
+    __post_init__ = check_fields(T_lt=frozen_pose, T_sb=frozen_pose, gravity=vector(3))
 
     @classmethod
     def assemble(
@@ -251,7 +251,7 @@ class Mechanism:
         """The open tree: the same links and joints, and none that closes a loop."""
         return replace(self, loops=())
 
-    def locked(self, coordinates: Mapping[str, float]) -> Mechanism:
+    def with_locked_joints(self, coordinates: Mapping[str, float]) -> Mechanism:
         """The same mechanism with joints locked at coordinates.
 
         Joints coupled as mimics are locked together: a leader locks its followers, and a follower gives its leader's

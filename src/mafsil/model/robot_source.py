@@ -77,7 +77,7 @@ def read_source(
         raise FileError("robot.text", source=shown(str(source)))
     if not path.suffix and not _exists(path):
         name = str(source)
-        known = library.spelled(name)
+        known = library.library_name(name)
         installed = _installed_description(name) if known is None else None
         if installed is not None:
             return _read(*installed, arguments, model), True

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from mafsil.errors import FileError
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike, as_mechanism
-from mafsil.model.losses import Document, Loss, delivered
+from mafsil.model.losses import Document, Loss, deliver
 from mafsil.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def save(robot: RobotLike, path: str | PathLike[str], *, without: Collection[str
     """
     mechanism = as_mechanism(robot, keeps_loops=True)
     document = _document(mechanism, Path(path), without)
-    delivered(document, mechanism.name, path, without)
+    deliver(document, mechanism.name, path, without)
     return document.losses
 
 

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from mafsil.arrays import PoseMatrix, frozen, number, single
-from mafsil.fields import checked, or_none
+from mafsil.fields import check_fields, or_none
 from mafsil.model.placement import frozen_pose
 
 
@@ -22,7 +22,7 @@ class Box:
     """A box centred on its frame; `size` are the full edge lengths along x, y, z [m]."""
 
     size: tuple[float, float, float]
-    __post_init__ = checked(size=_three)
+    __post_init__ = check_fields(size=_three)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Cylinder:
 
     radius: float
     length: float
-    __post_init__ = checked(radius=number, length=number)
+    __post_init__ = check_fields(radius=number, length=number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Capsule:
 
     radius: float
     length: float
-    __post_init__ = checked(radius=number, length=number)
+    __post_init__ = check_fields(radius=number, length=number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Sphere:
     """A ball centred on its frame [m]."""
 
     radius: float
-    __post_init__ = checked(radius=number)
+    __post_init__ = check_fields(radius=number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class Mesh:
     reference: str
     path: Path | None = None
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    __post_init__ = checked(scale=_three)
+    __post_init__ = check_fields(scale=_three)
 
 
 Geometry: TypeAlias = Box | Cylinder | Capsule | Sphere | Mesh
@@ -93,7 +93,7 @@ class Shape:
     T_lg: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
     name: str = ""
     colour: Colour | None = None
-    __post_init__ = checked(
+    __post_init__ = check_fields(
         T_lg=frozen_pose,
         colour=or_none(lambda name, value: tuple(single(name, value, (4,)).tolist())),
     )

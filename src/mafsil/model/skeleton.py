@@ -40,7 +40,7 @@ def with_skeleton(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, links=links)
 
 
-def outlined(mechanism: Mechanism) -> Mechanism | None:
+def outline(mechanism: Mechanism) -> Mechanism | None:
     """The same mechanism, where what is seen of links is the outline that they collide with, and marks of the joints.
 
     None if no link has an outline. The marks are hidden in the links of makers' arms, and show on slim tubes.

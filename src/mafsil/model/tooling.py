@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import PoseMatrix, real_array, require_finite, single
 from mafsil.errors import InputError, InputWarning, warn
 from mafsil.model.link import Inertial, Link, moved_inertial
-from mafsil.model.mass_properties import require_physical, united
+from mafsil.model.mass_properties import require_physical, unite_bodies
 from mafsil.model.placement import checked_pose
 
 LONGEST_TOOL = 10.0
@@ -38,7 +38,7 @@ def payload(mass: float, com: ArrayLike, inertia: ArrayLike | None, T_lm: PoseMa
 
 def with_body(link: Link, body: Inertial) -> Link:
     """The link with a body fixed to it."""
-    return replace(link, inertial=united(link.inertial, body))
+    return replace(link, inertial=unite_bodies(link.inertial, body))
 
 
 def tool_pose(name: str, value: ArrayLike | None) -> PoseMatrix:

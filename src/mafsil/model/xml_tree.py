@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from xml.parsers import expat
 
-from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, edited, shown
+from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, apply_edits, shown
 from mafsil.model.faults import (
     CUT_SHORT,
     DOCTYPE,
@@ -136,7 +136,7 @@ class Document:
 
     def set_attribute(self, element: Element, attribute: str, value: str) -> Edit:
         """The edit that gives an attribute a value, adding it if it is not there."""
-        text = f'{attribute}="{escaped(value)}"'
+        text = f'{attribute}="{escape(value)}"'
         span = self.attribute_span(element, attribute)
         if span is not None:
             return Edit(*span, text)
@@ -273,7 +273,7 @@ def _forgive(data: bytes, finds: list[Find], limits: ReadLimits) -> Document:
     """A document whose finds are mended before it is parsed; its elements stand where they stand in the file."""
     original = _offsets([find.edit for find in finds])
     try:
-        root = _root(edited(data, [find.edit for find in finds]), limits)
+        root = _root(apply_edits(data, [find.edit for find in finds]), limits)
     except _Malformed as refusal:
         ((line, column),) = places_of(data, [original(refusal.offset)])
         raise Refusal(replace(refusal.diagnostic, line=line, column=column)) from None
@@ -305,7 +305,7 @@ def _without_doctype(data: bytes) -> Repair | None:
     return Repair("robotfile.repair_remove_doctype", (Edit(found.start(), found.end(), ""),))
 
 
-def escaped(value: str) -> str:
+def escape(value: str) -> str:
     """Text as it stands between double quotes in an attribute."""
     table = {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}
     return "".join(table.get(c, c) for c in value)

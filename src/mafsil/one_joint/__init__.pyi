@@ -7,8 +7,8 @@ from mafsil.one_joint.drives.elastic_joint import ElasticJoint as ElasticJoint
 from mafsil.one_joint.drives.gear import Backlash as Backlash
 from mafsil.one_joint.drives.gear import Gear as Gear
 from mafsil.one_joint.drives.motor import Motor as Motor
-from mafsil.one_joint.drives.motor import drive as drive
 from mafsil.one_joint.drives.motor import joint_with_drive as joint_with_drive
+from mafsil.one_joint.drives.motor import operating_point as operating_point
 from mafsil.one_joint.drives.viscous_joint import ViscousJoint as ViscousJoint
 from mafsil.one_joint.error_dynamics import ErrorDynamics as ErrorDynamics
 from mafsil.one_joint.error_dynamics import ForceLoop as ForceLoop
@@ -23,8 +23,8 @@ from mafsil.one_joint.joint_law import JointLaw as JointLaw
 from mafsil.one_joint.joint_law import LawKind as LawKind
 from mafsil.one_joint.joint_run import JointRun as JointRun
 from mafsil.one_joint.joint_run import LoopConditions as LoopConditions
-from mafsil.one_joint.joint_run import run as run
-from mafsil.one_joint.joint_run import run_sampled as run_sampled
+from mafsil.one_joint.joint_run import simulate_joint as simulate_joint
+from mafsil.one_joint.joint_run import simulate_sampled as simulate_sampled
 from mafsil.one_joint.margins import Margins as Margins
 from mafsil.one_joint.margins import joint_margins as joint_margins
 from mafsil.one_joint.margins import margins as margins
@@ -47,7 +47,7 @@ from mafsil.one_joint.second_order import Damping as Damping
 from mafsil.one_joint.second_order import SecondOrder as SecondOrder
 from mafsil.one_joint.steady_error import RestError as RestError
 from mafsil.one_joint.steady_error import TrackingError as TrackingError
-from mafsil.one_joint.steady_error import rest_of_joints as rest_of_joints
 from mafsil.one_joint.steady_error import steady_state_error as steady_state_error
+from mafsil.one_joint.steady_error import steady_state_of_joints as steady_state_of_joints
 from mafsil.one_joint.wall_contact import WallContact as WallContact
 from mafsil.one_joint.wall_contact import simulate_wall_contact as simulate_wall_contact

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import SMALLEST, Floats, calculable, real_array, require_finite
 from mafsil.errors import InputError
-from mafsil.fields import Check, checked
+from mafsil.fields import Check, check_fields
 
 
 def finite(name: str, value: ArrayLike) -> Floats:
@@ -97,13 +97,13 @@ def together(**values: ArrayLike) -> tuple[Floats, ...]:
         raise InputError("one_joint.shapes", shapes=shapes) from None
 
 
-def batched(**checks: Check) -> Callable[[Any], None]:
+def check_batch(**checks: Check) -> Callable[[Any], None]:
     """The `__post_init__` of a data class of batches: every field is held against what it may be, all of one shape.
 
     Args:
         checks: the check of each field.
     """
-    check = checked(**checks)
+    check = check_fields(**checks)
 
     def post_init(value: Any) -> None:
         check(value)

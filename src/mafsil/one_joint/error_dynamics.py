@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import InputError
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.geometry.matrix_exponential import exponential
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, together
 from mafsil.one_joint.polynomial import Complexes, coefficients_of, companion, polynomial_value, roots
 from mafsil.one_joint.routh import Stability, routh_hurwitz
 
@@ -32,7 +32,7 @@ class ErrorDynamics:
     """
 
     coefficients: Floats
-    __post_init__ = checked(coefficients=lambda _, value: frozen(coefficients_of(value)))
+    __post_init__ = check_fields(coefficients=lambda _, value: frozen(coefficients_of(value)))
 
     @classmethod
     def of(cls, *coefficients: ArrayLike) -> ErrorDynamics:
@@ -167,7 +167,7 @@ class ForceLoop:
     kfp: Floats
     kfi: Floats
     damping: Floats
-    __post_init__ = batched(kfp=magnitude, kfi=magnitude, damping=magnitude)
+    __post_init__ = check_batch(kfp=magnitude, kfi=magnitude, damping=magnitude)
 
     @classmethod
     def of(cls, kfp: ArrayLike, kfi: ArrayLike = 0.0, damping: ArrayLike = 0.0) -> ForceLoop:

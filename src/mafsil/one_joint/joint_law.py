@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, together
 from mafsil.one_joint.drives.dry_friction import SpeedFriction
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 
@@ -31,7 +31,7 @@ class JointArm:
     inertia: Floats
     gravity_moment: Floats
     friction: SpeedFriction
-    __post_init__ = batched(inertia=above_zero, gravity_moment=finite)
+    __post_init__ = check_batch(inertia=above_zero, gravity_moment=finite)
 
     @classmethod
     def of(
@@ -141,7 +141,7 @@ class JointLaw:
     ki: Floats
     kd: Floats
     model: JointArm = NO_MODEL
-    __post_init__ = batched(kp=magnitude, ki=magnitude, kd=magnitude)
+    __post_init__ = check_batch(kp=magnitude, ki=magnitude, kd=magnitude)
 
     @classmethod
     def pid(cls, kp: ArrayLike = 0.0, ki: ArrayLike = 0.0, kd: ArrayLike = 0.0) -> JointLaw:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, not_negative, positive, require_function, require_kind, whole
 from mafsil.errors import InputError
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, finite, magnitude, row, together
 from mafsil.one_joint.joint_law import JointArm, JointLaw
 from mafsil.one_joint.row_answer import RowAnswer
@@ -112,7 +112,7 @@ class LoopConditions:
     tachometer: bool = False
     dither: ArrayLike = 0.0
     dither_frequency: ArrayLike = 0.0
-    _numbers = checked(
+    _numbers = check_fields(
         torque_limit=above_zero_or_unbounded, tracking_time=above_zero, quantum=magnitude, filter_time=not_negative,
         dither=magnitude, dither_frequency=magnitude,
     )  # fmt: skip
@@ -141,7 +141,7 @@ IDEAL = LoopConditions()
 """Differenced position, no limit, no delay."""
 
 
-def run(
+def simulate_joint(
     arm: JointArm,
     law: JointLaw,
     reference: Reference | ArrayLike,
@@ -154,7 +154,7 @@ def run(
     """An arm under a law in continuous time: feedback at every instant, no sampling.
 
     Args:
-        arm: with viscous friction only: dry friction needs `run_sampled`.
+        arm: with viscous friction only: dry friction needs `simulate_sampled`.
         law: of any kind, with gains (*batch).
         reference: a set point (*batch) [rad], or a function of times (k,) to theta_d, theta_d', theta_d''.
         duration: [s].
@@ -175,10 +175,10 @@ def run(
     wanted = rows.reference(reference, np.arange(2.0 * ticks - 1.0) * (0.5 * h))
     out = np.empty((rows.count, ticks, 7))
     _loops().run_continuous(*rows.numbers, h, wanted, rows.start, out)
-    return rows.recorded(out, h)
+    return rows.as_run(out, h)
 
 
-def run_sampled(
+def simulate_sampled(
     arm: JointArm,
     law: JointLaw,
     reference: Reference | ArrayLike,
@@ -230,7 +230,7 @@ def run_sampled(
     out = np.empty((rows.count, ticks, 7))
     pieces = whole("substeps", substeps, least=1)
     _loops().run_sampled(*rows.numbers, between, h, pieces, wanted, rows.start, out)
-    return rows.recorded(out, h)
+    return rows.as_run(out, h)
 
 
 def _list(value: object) -> Sequence[ArrayLike]:
@@ -291,7 +291,7 @@ class _Rows:
             ) from None
         return wide.reshape(self.count, len(t), 3)
 
-    def recorded(self, out: Floats, h: float) -> JointRun:
+    def as_run(self, out: Floats, h: float) -> JointRun:
         """The run, in the shape of the batch."""
         ticks = out.shape[1]
         rows = out.reshape(*self.batch, ticks, 7)

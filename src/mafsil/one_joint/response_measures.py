@@ -16,7 +16,7 @@ from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
 from mafsil.one_joint.arguments import above_zero, finite, row, share, together
 from mafsil.one_joint.joint_law import JointArm, JointLaw
-from mafsil.one_joint.joint_run import IDEAL, LoopConditions, run_sampled
+from mafsil.one_joint.joint_run import IDEAL, LoopConditions, simulate_sampled
 from mafsil.one_joint.row_answer import RowAnswer
 
 TAIL = 0.05
@@ -209,7 +209,7 @@ def sweep_rate(
     # 2. Runs and what they show.
     table, grows = np.full((3, len(steps)), np.nan), np.ones(len(steps), dtype=np.bool_)
     for k, h in enumerate(steps.tolist()):
-        found = run_sampled(arm, law, goal, duration, period=h, start=start, conditions=conditions)
+        found = simulate_sampled(arm, law, goal, duration, period=h, start=start, conditions=conditions)
         if found:
             seen = measure_response(found.t, found.error)
             table[:, k] = float(seen.settling_time), float(seen.overshoot), float(seen.rms)

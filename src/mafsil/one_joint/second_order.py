@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, share, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, share, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
 
@@ -45,7 +45,7 @@ class SecondOrder:
 
     natural_frequency: Floats
     damping_ratio: Floats
-    __post_init__ = batched(natural_frequency=above_zero, damping_ratio=magnitude)
+    __post_init__ = check_batch(natural_frequency=above_zero, damping_ratio=magnitude)
 
     @classmethod
     def of(cls, natural_frequency: ArrayLike, damping_ratio: ArrayLike) -> SecondOrder:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_function, single
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
 from mafsil.one_joint.row_answer import RowAnswer
@@ -97,7 +97,7 @@ def _unbalanced(k: Floats, load: Floats, desired: Floats, e: Floats) -> Floats:
     return k * e - load * np.cos(desired - e)
 
 
-def rest_of_joints(kp: ArrayLike, gravity: Callable[[Floats], ArrayLike], goal: ArrayLike) -> RestError:
+def steady_state_of_joints(kp: ArrayLike, gravity: Callable[[Floats], ArrayLike], goal: ArrayLike) -> RestError:
     """Rest of many joints under PD control: Kp theta_e = g(theta), by Newton's method from the goal.
 
     Args:
@@ -154,7 +154,7 @@ class TrackingError:
     kp: Floats
     ki: Floats
     kd: Floats
-    __post_init__ = batched(inertia=above_zero, friction=magnitude, kp=above_zero, ki=magnitude, kd=magnitude)
+    __post_init__ = check_batch(inertia=above_zero, friction=magnitude, kp=above_zero, ki=magnitude, kd=magnitude)
 
     @classmethod
     def of(

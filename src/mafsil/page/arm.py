@@ -174,7 +174,9 @@ class Arm:
     def task(self) -> Floats:
         """What `pose_step` is asked for: weights, axis, limits."""
         asked = pose_task("pose" if self.rotates else "position", (0.0, 0.0, 1.0), None, TOLERANCE, None)
-        return np.concatenate([asked.scaled(self.problem.length), asked.axis, self.problem.lower, self.problem.upper])
+        return np.concatenate(
+            [asked.scaled_weights(self.problem.length), asked.axis, self.problem.lower, self.problem.upper]
+        )
 
     @property
     def rotates(self) -> bool:
@@ -230,7 +232,7 @@ class Arm:
             "step": STEP,
             "gains": self.gains.ravel().tolist(),
             "effort": _bounds(limits.effort),
-            "driven": None if self.closed is None else self.closed.driven(self.start),
+            "driven": None if self.closed is None else self.closed.driven_joints(self.start),
             "motors": None if self.closed is None else self.closed.chain.actuated.tolist(),
             "stride": STRIDE,
             "patience": PATIENCE,
@@ -290,16 +292,16 @@ class ClosedArm:
 
     def start(self, q: JointVector) -> JointVector:
         """(n,) the configuration with closed loops that is found from q; the nearest to it where none is found."""
-        return np.asarray(self.chain.closed(q).q, dtype=np.float64)
+        return np.asarray(self.chain.close_loops(q).q, dtype=np.float64)
 
-    def driven(self, q: JointVector) -> list[int]:
+    def driven_joints(self, q: JointVector) -> list[int]:
         """Driven joints that move all others, the best of them where there are too many; none where they do not.
 
         Args:
             q: (n,) with closed loops.
         """
         chain = self.chain
-        if not len(chain.actuated) or not chain.closed(q):
+        if not len(chain.actuated) or not chain.close_loops(q):
             return []
         J: Floats = np.asarray(chain.terms(q).J)
         freedoms = chain.n - int(np.linalg.matrix_rank(J * chain.unit, tol=DECIDED))
@@ -315,7 +317,7 @@ class ClosedArm:
             q: (n,) with closed loops.
             masses: whether efforts mean something.
         """
-        driven, holding = self.driven(q), self.chain.holding(q) if masses else None
+        driven, holding = self.driven_joints(q), self.chain.holding(q) if masses else None
         moved = holding or self._without_masses(q)
         if not driven or moved is None:
             return {}

@@ -9,7 +9,7 @@ from typing import Any
 
 from mafsil.messages import direction
 from mafsil.scene import one_script
-from mafsil.scene.inline import attribute, embedded, policy
+from mafsil.scene.inline import attribute, embed_json, policy
 from mafsil.scene.modules import read
 
 MAIN, SERVED = "page/main.js", "studio/main.js"
@@ -17,7 +17,7 @@ _ROBOT = {"reading": "", "languages": "", "state": "robot", "alone": "", "style"
 _NEEDS, _NAME = re.compile(r"^ *needs: \[([^\]]*)\],$", re.M), re.compile(r"[\"'](\w+)[\"']")
 
 
-def assembled(
+def assemble(
     content: Mapping[str, Any], views: Sequence[str] = (), main: str = MAIN, slots: Mapping[str, str] = _ROBOT
 ) -> str:
     """The page as HTML text.
@@ -45,7 +45,7 @@ def assembled(
             "policy": policy(style, code, computes=True, connects=main == SERVED),
             "style": style,
             "script": code,
-            "data": embedded(content),
+            "data": embed_json(content),
         }
     )
     return re.sub(r"\{\{(\w+)\}\}", lambda match: filled[match.group(1)], read("page/page.html"))
@@ -70,7 +70,7 @@ def script(*modules: str) -> str:
     return "(() => {\n" + one_script(*own_views(), *modules) + "\n})();"
 
 
-def needed(views: Sequence[str]) -> tuple[str, ...]:
+def needed_quantities(views: Sequence[str]) -> tuple[str, ...]:
     """The quantities of the robot that modules with views ask for, each once: `needs: ["mass_matrix"],` on one line.
 
     Raises:

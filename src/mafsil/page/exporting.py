@@ -15,7 +15,7 @@ from mafsil.kernels.export.objects.bundle import layout_text
 from mafsil.mechanics.loop_terms import Term
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
-from mafsil.page.assemble import assembled
+from mafsil.page.assemble import assemble
 from mafsil.page.content import content
 from mafsil.robot import as_open_tree, as_robot
 from mafsil.robot.exporting import export as export_quantity
@@ -188,7 +188,7 @@ def export_all(robot: RobotLike, to: str, *, language: str = "en", python: str =
             files = {f"{name}.wasm": module.code, f"{name}.json": layout_text(module).encode()}
             return Export(name, files, {"kernels": tuple(arm.kernels), "bytes": len(module.code)})
         case "page":
-            html = assembled(content(arm, language, python)).encode()
+            html = assemble(content(arm, language, python)).encode()
             return Export(name, {f"{name}.html": html}, {"bytes": len(html)})
         case _:
             raise InputError("export.form", form=to, known="wasm, page")

@@ -14,7 +14,7 @@ from mafsil.messages import language as current_language
 from mafsil.model import Mechanism, library
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
-from mafsil.page.assemble import assembled, needed
+from mafsil.page.assemble import assemble, needed_quantities
 from mafsil.page.content import content
 from mafsil.robot import Robot, as_open_tree
 from mafsil.scene.inline import attribute
@@ -43,8 +43,8 @@ class Page:
     @lazy
     def html(self) -> str:
         """The whole page as text; it needs no other file and makes no request."""
-        arm = Arm(self.robot, needed(self.views))
-        return assembled(content(arm, self.language, self.python), self.views)
+        arm = Arm(self.robot, needed_quantities(self.views))
+        return assemble(content(arm, self.language, self.python), self.views)
 
     def write(self, path: str | os.PathLike[str]) -> Path:
         """Write the page into a file, which appears whole or not at all.

@@ -24,11 +24,11 @@ from mafsil.parallel.legs.leg_library import three_rps as three_rps
 from mafsil.parallel.legs.leg_library import three_upu as three_upu
 from mafsil.parallel.legs.leg_mechanism import Leg as Leg
 from mafsil.parallel.legs.leg_mechanism import LegMechanism as LegMechanism
-from mafsil.parallel.legs.leg_mechanism import legs_of as legs_of
+from mafsil.parallel.legs.leg_mechanism import legs_from_screws as legs_from_screws
 from mafsil.parallel.legs.leg_statics import leg_forces as leg_forces
 from mafsil.parallel.loop_singularity import LoopSingularities as LoopSingularities
 from mafsil.parallel.loop_singularity import LoopSingularity as LoopSingularity
-from mafsil.parallel.loop_singularity import good_motors as good_motors
+from mafsil.parallel.loop_singularity import choose_actuators as choose_actuators
 from mafsil.parallel.planar.five_bar import FiveBar as FiveBar
 from mafsil.parallel.planar.five_bar import PlanarChain as PlanarChain
 from mafsil.parallel.planar.parallel_cranks import ParallelCranks as ParallelCranks

@@ -20,7 +20,7 @@ from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
 from mafsil.parallel import closed_terms, closing
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
-from mafsil.parallel.closed_compiled import CompiledChain, Run, trusted
+from mafsil.parallel.closed_compiled import CompiledChain, Run, is_certain
 from mafsil.parallel.closed_kernels import terms_kernel
 from mafsil.parallel.closed_terms import Terms
 from mafsil.parallel.closing import CLOSED, FARTHEST_START
@@ -104,7 +104,7 @@ class ClosedChain:
         gap: Floats = np.maximum.reduceat(np.abs(found.gap), begins, axis=-1)
         return np.where(found.facing > 0.0, gap, np.inf)
 
-    def closed(
+    def close_loops(
         self, q: ArrayLike, *, hold: ArrayLike | None = None, max_steps: int = MOST_STEPS, tries: int = TRIES
     ) -> ClosedConfigurations:
         """The nearest configurations that close all loops, by Newton's method with shortest steps.
@@ -123,7 +123,7 @@ class ClosedChain:
         """
         start = as_batch("q", q, (self.n,), finite=True)
         most, count = whole("max_steps", max_steps, 1, 100_000), whole("tries", tries, 1, 10_000)
-        return closing.closed(self, start, self._free(hold), most, count)
+        return closing.close_loops(self, start, self._free(hold), most, count)
 
     def rates(self, q: ArrayLike, qd: ArrayLike, *, hold: ArrayLike | None = None) -> JointVector:
         """(*batch, n) rates that keep the loops closed, the nearest to given ones in kinetic energy.
@@ -148,7 +148,7 @@ class ClosedChain:
         return self._correct(result, found.J, missing, free)
 
     def closed_state(self, q: ArrayLike, qd: ArrayLike) -> tuple[ClosedConfigurations, JointVector]:
-        """Configurations that close all loops, and rates that keep them closed there, as by `closed` and `rates`.
+        """Configurations that close all loops, and rates that keep them closed there, as by `close_loops` and `rates`.
 
         Args:
             q, qd: (*batch, n) coordinates and rates, such as an integrator leaves them, near closed loops.
@@ -156,11 +156,11 @@ class ClosedChain:
         run = self._compiled.closing(q)
         if run is not None:
             here, rate, error, doubt = run(q, qd)
-            if trusted(doubt):
+            if is_certain(doubt):
                 left: Floats = np.asarray(error)
                 steps = np.full(left.shape, NEWTON_STEPS) if left.ndim else NEWTON_STEPS
                 return ClosedConfigurations(here, left, steps, CLOSED * self.size), rate
-        back = self.closed(q, tries=1)
+        back = self.close_loops(q, tries=1)
         return back, self.rates(back.q, qd) if back else np.zeros_like(back.q)
 
     def accelerations(self, q: ArrayLike, qd: ArrayLike, driven: ArrayLike) -> JointVector:
@@ -255,7 +255,7 @@ class ClosedChain:
     def following(self, guess: ArrayLike, driven: ArrayLike) -> tuple[JointVector, JointVector, JointVector]:
         """Positions, rates and accelerations (*batch, n) of all joints while the driven ones move.
 
-        As `closed`, `rates` and `accelerations` find them with the driven joints held: where the loops cannot be
+        As `close_loops`, `rates` and `accelerations` find them with the driven joints held: where the loops cannot be
         closed, the nearest that was found.
 
         Args:
@@ -267,12 +267,12 @@ class ClosedChain:
         run = self._compiled.following(start)
         if run is not None:
             q, qd, qdd, doubt = run(start, motion)
-            if trusted(doubt):
+            if is_certain(doubt):
                 return q, qd, qdd
         u, v, a = (motion[..., k, :] for k in range(3))
         place = np.array(np.broadcast_to(start, (*np.broadcast_shapes(start.shape[:-1], u.shape[:-1]), self.n)))
         place[..., self.actuated] = u
-        q = self.closed(place, hold=self.actuated, tries=1).q
+        q = self.close_loops(place, hold=self.actuated, tries=1).q
         qd = np.zeros(q.shape)
         qd[..., self.actuated] = v
         qd = self.rates(q, qd, hold=self.actuated)
@@ -297,7 +297,7 @@ class ClosedChain:
         run = self._compiled.inverse(q)
         if run is not None:
             tau, force, missing, broken, needed, driven, doubt = run(q, qd, qdd)
-            if trusted(doubt):
+            if is_certain(doubt):
                 redundancy = self._compiled.redundancy
                 return ActuatorEfforts(tau, force, missing, broken, needed, driven, redundancy)
         qdd = as_batch("qdd", qdd, (self.n,), finite=True)
@@ -372,5 +372,5 @@ def _anywhere(mechanism: Mechanism) -> Terms | None:
     """Terms at configurations anywhere on the motion; None if none were met."""
     chain = ClosedChain(mechanism)
     starts = np.random.default_rng(0).uniform(-FARTHEST_START, FARTHEST_START, (STARTS, chain.n)) * chain.unit
-    found = chain.closed(starts, max_steps=STEPS_OF_START, tries=1)
+    found = chain.close_loops(starts, max_steps=STEPS_OF_START, tries=1)
     return chain.terms(found.q[found.found]) if found.found.any() else None

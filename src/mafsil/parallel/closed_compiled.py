@@ -131,7 +131,7 @@ class CompiledChain:
         return self._ways[name]
 
 
-def trusted(doubt: Any) -> bool:
+def is_certain(doubt: Any) -> bool:
     """Whether all results hold.
 
     Args:

@@ -79,7 +79,7 @@ def simulate_closed(
 
     Args:
         chain: what moves.
-        q: (*batch, n) coordinates that close the loops, as `chain.closed` gives them.
+        q: (*batch, n) coordinates that close the loops, as `chain.close_loops` gives them.
         qd: (*batch, n) rates; those that would open the loops are taken away. At rest if None.
         efforts: (*batch, n) of all joints or (*batch, a) of the driven ones, or a function of time, coordinates and
             rates; none if None [N m | N].
@@ -96,7 +96,7 @@ def simulate_closed(
     h, end = positive("step", step), positive("duration", duration)
     if end / h > MOST_STEPS:
         raise InputError("parallel.too_many_steps", steps=end / h, most=MOST_STEPS)
-    start = chain.closed(q)
+    start = chain.close_loops(q)
     moved = np.abs(start.q - np.asarray(q)).max(initial=0.0)
     if not start or moved > STARTS_OPEN * chain.size:
         raise InputError("parallel.starts_open", error=float(chain.error(q).max(initial=0.0)), why=start.explain())

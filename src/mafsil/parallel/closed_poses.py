@@ -94,13 +94,13 @@ def closed_inverse_kinematics(
     count = whole("starts", starts, 0, 100_000)
     limits = positive("tolerance", tolerance), positive("rotation_tolerance", rotation_tolerance)
     # 1.
-    rows = started(chain, wanted, start, task, count, whole("seed", seed, 0))
+    rows = search_starts(chain, wanted, start, task, count, whole("seed", seed, 0))
     for weight in (1.0, CLOSING):
         # 2.
         q = _solve(chain, wanted, rows, task, weight)
         # 3.
-        closed = chain.closed(q, tries=1)
-        place, turn = missed(chain, wanted, closed.q, task)
+        closed = chain.close_loops(q, tries=1)
+        place, turn = pose_miss(chain, wanted, closed.q, task)
         good = closed.found & (place <= limits[0]) & (turn <= limits[1])
         if good.any():
             break
@@ -129,7 +129,7 @@ def closed_pose_near(
         nearest: where loops and task cannot be met together, the loops count more.
     """
     found = _solve(chain, T, q[None], task, CLOSING if nearest else 1.0)
-    return chain.closed(found[0], tries=1)
+    return chain.close_loops(found[0], tries=1)
 
 
 def middle(chain: ClosedChain) -> JointVector:
@@ -140,7 +140,9 @@ def middle(chain: ClosedChain) -> JointVector:
     return (low + high) / 2
 
 
-def started(chain: ClosedChain, T: PoseMatrix, q_0: JointVector, task: Task, count: int, seed: int) -> JointVector:
+def search_starts(
+    chain: ClosedChain, T: PoseMatrix, q_0: JointVector, task: Task, count: int, seed: int
+) -> JointVector:
     """(k, n) where the search begins."""
     rng, limits, n = np.random.default_rng(seed), chain.robot.limits, chain.n
     reach = UNBOUNDED * np.where(_prismatic(chain), chain.size, 1.0)
@@ -163,7 +165,7 @@ def started(chain: ClosedChain, T: PoseMatrix, q_0: JointVector, task: Task, cou
     return np.concatenate(rows)
 
 
-def missed(chain: ClosedChain, T: PoseMatrix, q: JointVector, task: Task) -> tuple[Floats, Floats]:
+def pose_miss(chain: ClosedChain, T: PoseMatrix, q: JointVector, task: Task) -> tuple[Floats, Floats]:
     """(k,) distance [m] and angle [rad] by which the tip misses what a task asks."""
     here = np.asarray(chain.robot.forward_kinematics(q))
     place = np.linalg.norm(here[..., :3, 3] - T[:3, 3], axis=-1)

@@ -37,8 +37,8 @@ FARTHEST_START = 1.0
 """How far from the first start the last one is [rad | sizes]."""
 
 
-def closed(chain: LoopConditions, q: JointVector, free: Integers, most: int, tries: int) -> ClosedConfigurations:
-    """The nearest configurations that close all loops, as `ClosedChain.closed` says.
+def close_loops(chain: LoopConditions, q: JointVector, free: Integers, most: int, tries: int) -> ClosedConfigurations:
+    """The nearest configurations that close all loops, as `ClosedChain.close_loops` says.
 
     Args:
         chain: with loops.

@@ -14,7 +14,7 @@ def _size(z: Any) -> float:
 
 
 @compiled
-def solved(M: Any, rhs: Any) -> float:
+def solve_in_place(M: Any, rhs: Any) -> float:
     """The right side (n, k) becomes M^-1 rhs, M (n, n) is spent; returns the least pivot over the largest.
 
     1. Column by column the largest entry below the diagonal comes up as the pivot; none, the matrix is singular: 0.

@@ -252,7 +252,7 @@ def _block(task: Floats, motions: Floats, mobility: int) -> Floats:
     return left[:, rank:possible] if rank < possible else np.zeros((task.shape[0], 0))
 
 
-def good_motors(
+def choose_actuators(
     H: ArrayLike, count: int, full_rank: int | None = None, *, task: Floats | None = None,
     among: Sequence[int] | None = None,
 ) -> tuple[tuple[int, ...], ...]:  # fmt: skip

@@ -23,7 +23,7 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.arm_planning import configurations_of, plan
-from mafsil.planning.outcome import PlanningStatus, Reason, said
+from mafsil.planning.outcome import PlanningStatus, Reason, reason_text
 from mafsil.trajectory import follow, line_path
 
 CHORD = 0.02
@@ -77,7 +77,9 @@ class ApproachPlan(Answer, data="path fine deviation"):
         if self:
             lines.append(say("planning.approach", language=language, points=len(self.fine), off=1e3 * self.deviation))
         lines += [
-            say("planning.approach_branch", language=language, number=k + 1, reason=said(branch.reason, language))
+            say(
+                "planning.approach_branch", language=language, number=k + 1, reason=reason_text(branch.reason, language)
+            )
             for k, branch in enumerate(self.branches)
             if branch.reason
         ]
@@ -151,7 +153,7 @@ def _branches(checker: Checker, start: JointVector, goal: PoseMatrix, before: Po
             yield Branch(q, none, Reason(followed))
             continue
         limits = checker.robot.limits
-        chords = limits.admitted(_chords(followed.value.at))
+        chords = limits.snap_to_limits(_chords(followed.value.at))
         if ((chords < limits.lower) | (chords > limits.upper)).any():
             yield Branch(q, none, Reason((PlanningStatus.GOAL_OUTSIDE.key, {})))
             continue

@@ -43,7 +43,7 @@ class ArmPlan(Plan):
         proofs: motions that were proved or tried to be.
         goal: which of the goals the path leads to; -1 where there is no path.
         kept: what the path keeps, if something was to be kept.
-        descent: how `optimised` made it, if it did.
+        descent: how `optimise` made it, if it did.
         moving: joints that were named as free to move, if they were.
     """
 
@@ -93,7 +93,7 @@ class ArmPlan(Plan):
         assert self.checker is not None
         return self.checker.distance(self.at(np.linspace(0.0, 1.0, whole("count", count))))
 
-    def optimised(
+    def optimise(
         self, *, enough_clearance: float = 0.03, smoothness: float = 0.0, points: int = 30, iterations: int = 100,
         seconds: float = 5.0,
     ) -> ArmPlan:  # fmt: skip
@@ -139,9 +139,9 @@ class ArmPlan(Plan):
             raise InputError("planning.no_path", why=self.explain())
         if not 0.0 <= share <= 0.5:
             raise InputError("input.range", name="share", value=share, low=0.0, high=0.5)
-        return rounding.rounded(self.checker, self.path, share, self.kept)
+        return rounding.round_corners(self.checker, self.path, share, self.kept)
 
-    def timed(self, limits: MotionLimits, *, share: float = 0.5) -> TimeOptimal:
+    def time_optimal(self, limits: MotionLimits, *, share: float = 0.5) -> TimeOptimal:
         """The rounded path in the shortest time within limits: free at every moment, for it is the same path.
 
         Args:

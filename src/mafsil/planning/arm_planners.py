@@ -12,10 +12,10 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.planning.arm_limits import Moving
-from mafsil.planning.arm_search import Searched, search, summed
+from mafsil.planning.arm_search import Searched, add_counts, search
 from mafsil.planning.cell_cover import MOST_MOVING
 from mafsil.planning.interruption import best_kept
-from mafsil.planning.pipeline import shortened
+from mafsil.planning.pipeline import take_shortcuts
 from mafsil.planning.problem import Problem, length_of
 from mafsil.planning.search import PLANNERS, SearchBudget
 
@@ -100,7 +100,7 @@ def lazy_prm_star(asked: ArmQuestion) -> Searched:
             left = RESTARTS * asked.seconds - used
             again = asked._replace(seed=asked.seed + k * BETWEEN, seconds=left, nodes=asked.nodes - made)
             path, more, also = rrt_connect(again)
-            made, seen = made + more, summed(seen, also)
+            made, seen = made + more, add_counts(seen, also)
             if path is not None:
                 paths = sorted([*paths, path], key=length_of)[:KEPT]
         stopped = False
@@ -113,7 +113,7 @@ def lazy_prm_star(asked: ArmQuestion) -> Searched:
         roadmap.include(path)
     rest = asked._replace(seconds=left, nodes=max(asked.nodes - made, roadmap.nodes + 1))
     path, more, also = ask_roadmap(roadmap, rest, paths[0])
-    return path, made + more, summed(seen, also)
+    return path, made + more, add_counts(seen, also)
 
 
 def trajectory_optimisation(asked: ArmQuestion) -> Searched:
@@ -145,7 +145,7 @@ def any_planner(asked: ArmQuestion) -> Searched:
     budget = SearchBudget(rng, perf_counter() + asked.seconds, asked.nodes)
     path, made = PLANNERS[asked.planner](problem, asked.start, asked.goals, budget)
     if path is not None and asked.shorten:
-        path = shortened(problem, path, rng, asked.shorten)
+        path = take_shortcuts(problem, path, rng, asked.shorten)
     counts = problem.counts
     return path, made, (counts.segments, counts.segments, counts.configurations)
 

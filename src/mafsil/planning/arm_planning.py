@@ -37,13 +37,13 @@ from mafsil.planning.arm_planners import (
     any_planner,
     ask_roadmap,
 )
-from mafsil.planning.arm_search import search, summed
+from mafsil.planning.arm_search import add_counts, search
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.kept_planning import Kept, Measured, search_kept
 from mafsil.planning.outcome import FirstLine, PlanningStatus, Reason
 from mafsil.planning.path_constraints import Constraint, kept_of
-from mafsil.planning.pipeline import shortened
+from mafsil.planning.pipeline import take_shortcuts
 from mafsil.planning.problem import Problem
 from mafsil.planning.search import PLANNERS
 from mafsil.robot.degrees import in_radians, remark_on_degrees
@@ -103,7 +103,7 @@ def plan(
     follows on the way to the tip may move too. `active_joints` names others in place of all this. Of a `MultiArmCell`
     all joints of the arms that are planned may move.
     The loops of a mechanism stay closed: its poses become configurations with closed loops by a search, and every path
-    keeps `loops_kept` as well.
+    keeps `loop_constraints` as well.
 
     Many questions about one arm: make a `collision.Checker` once and give it as `robot`.
 
@@ -153,7 +153,7 @@ def plan(
         else robot.checker
     )
     n, mechanism = checker.robot.n, checker.robot.mechanism
-    loops = closed_arms.loops_kept(mechanism) if mechanism.loops else ()
+    loops = closed_arms.loop_constraints(mechanism) if mechanism.loops else ()
     start = in_radians(mechanism, "start", start) if degrees else start
     q = single("start", start, (n,)).copy()
     remark_on_degrees(checker.robot, "start", start)
@@ -169,7 +169,7 @@ def plan(
     begun = perf_counter()
     # 1.
     goals = configurations_of(checker, goal, q, degrees=degrees)
-    on = checker.robot.limits.admitted(q), checker.robot.limits.admitted(goals)
+    on = checker.robot.limits.snap_to_limits(q), checker.robot.limits.snap_to_limits(goals)
     if (on[0] != q).any() or (on[1] != goals).any():
         measured = plan(
             robot, scene, on[0], on[1] if len(goals) else goal, planner=planner, seed=seed, seconds=seconds,
@@ -253,7 +253,7 @@ def _connect(
         path, more, also = search(checker, q, goals, seed, *budget, shorten, rule)
         if not more:
             return None
-        made, seen = made + more, summed(seen, also)
+        made, seen = made + more, add_counts(seen, also)
         found = _answer(checker, path, "rrt_connect", made, seen, q, goals, begun, moving=rule)
         if path is None:
             found = _decide(found, q, goals, seed, shorten, MOST_BOXES, seconds)
@@ -291,7 +291,7 @@ def _decide(
     if sure.path is None:
         return found
     problem = Problem(*bounds, checker.free, checker.free_segment)
-    path = shortened(problem, sure.path, np.random.default_rng(seed), shorten) if shorten else sure.path
+    path = take_shortcuts(problem, sure.path, np.random.default_rng(seed), shorten) if shorten else sure.path
     goal = int(np.abs(goals - path[-1]).max(axis=1).argmin())
     return replace(found, status=PlanningStatus.FOUND, path=path, reason="", goal=goal)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.held import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH
 from mafsil.kernels.loops.loop import compiled, inlined
 from mafsil.planning.arm_search_loops import (
@@ -188,7 +188,7 @@ def solve(
         tries: about how many motions are tried to make it shorter.
         leave: whether the first ends are those of `retreats`, if there are to be so many samples.
     """
-    asked = opened(question)
+    asked = open_held(question)
     forests, code, left = asked.forests, GROWING, 0
     if drawn == 0:
         code = _begin(shop, asked, start, goals, seed)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector, Truth
-from mafsil.lazy_module import lazily, loaded
+from mafsil.lazy_module import lazily, load_module
 from mafsil.planning.arm_limits import UNBOUNDED, Moving, rule_for
 from mafsil.planning.problem import length_of
 
@@ -87,12 +87,12 @@ def search(
     length = length_of(path)
     if length > DETOUR * dist(path[0], path[-1]):  # 2
         other, more, also = _grown(checker, q, goals, seed, 0.0, SECOND, few, moving, False)
-        made, seen = made + more, summed(seen, also)
+        made, seen = made + more, add_counts(seen, also)
         if other is not None and length_of(other) < length:
             path = other
     random, counts = _question_for(checker, len(goals), moving).value.forests.random, np.zeros(3, np.int64)
-    path = loaded(arm_question_loops).shorten(checker.workshop(), path, shorten - few, random, counts)  # 3
-    return path, made, summed(seen, _count(counts))
+    path = load_module(arm_question_loops).shorten(checker.workshop(), path, shorten - few, random, counts)  # 3
+    return path, made, add_counts(seen, _count(counts))
 
 
 def _grown(
@@ -106,7 +106,7 @@ def _grown(
     2. Arrays double where they are full. The clock starts after the first slice: a first call ever also waits for the
        compiler.
     """
-    loops, workshop = loaded(arm_question_loops), checker.workshop()
+    loops, workshop = load_module(arm_question_loops), checker.workshop()
     question = _question_for(checker, len(goals), moving)
     forests, deadline = question.value.forests, np.inf
     drawn = min(SLICE, nodes)
@@ -119,7 +119,7 @@ def _grown(
         if made >= nodes or now >= deadline:
             return None, made, _count(forests.seen)
         if code == loops.FULL:  # 2
-            forests = arm_search_loops.doubled(forests)
+            forests = arm_search_loops.double_forests(forests)
             question = holding.hold(question.value._replace(forests=forests))
         left = max(min(SLICE, nodes - made), 1)
         code, path = loops.solve(workshop, question, q, goals, seed, drawn, left, shorten, leave)
@@ -163,7 +163,7 @@ def _count(seen: NDArray[np.int64]) -> tuple[int, int, int]:
     return looked_at, proved, states
 
 
-def summed(a: tuple[int, int, int], b: tuple[int, int, int]) -> tuple[int, int, int]:
+def add_counts(a: tuple[int, int, int], b: tuple[int, int, int]) -> tuple[int, int, int]:
     """What was looked at by two searches."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 

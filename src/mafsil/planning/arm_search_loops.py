@@ -85,7 +85,7 @@ def _side_by_side(rows: Floats, count: NDArray[np.int64]) -> Floats:
     return found
 
 
-def doubled(forests: Forests) -> Forests:
+def double_forests(forests: Forests) -> Forests:
     """The same with place for twice as many nodes."""
     q, parent, proved = (
         np.concatenate([array, np.zeros_like(array)], axis=1) for array in (forests.q, forests.parent, forests.proved)

@@ -17,7 +17,7 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker, Clearance, CollisionCheck, MultiArmCell
 from mafsil.messages import say
-from mafsil.planning.outcome import PlanningStatus, said
+from mafsil.planning.outcome import PlanningStatus, reason_text
 from mafsil.trajectory import Trajectory
 
 CHORD = 0.05
@@ -107,7 +107,7 @@ class ArmsMotion(Answer):
 
     def at(self, t: ArrayLike) -> JointVector:
         """(*times, n) coordinates of all arms at times (*times) [s]."""
-        return self.cell.joined({name: motion.at(t) for name, motion in self.motions.items()})
+        return self.cell.join({name: motion.at(t) for name, motion in self.motions.items()})
 
     def clearance(self, count: int = 200) -> Clearance:
         """Smallest distances at moments evenly over the motion.
@@ -119,7 +119,7 @@ class ArmsMotion(Answer):
 
     def explain(self, language: str | None = None) -> str:
         """The status; when each arm arrives and how long it waits, or what stands in the way."""
-        reason = said(self.reason, language)
+        reason = reason_text(self.reason, language)
         first = self.status.sentence(language) + (f" ({reason})" if reason else "")
         lines = [first] + [
             say(
@@ -153,7 +153,7 @@ def unproved_moment(
                 accelerations[m, cell.columns[name]] = motion.acceleration
 
     def places(t: Floats) -> Floats:
-        return cell.joined({**fixed, **{name: motion.at(t) for name, motion in motions.items()}})
+        return cell.join({**fixed, **{name: motion.at(t) for name, motion in motions.items()}})
 
     return first_unproved(cell, places, breaks, accelerations)
 

@@ -16,7 +16,7 @@ from mafsil.model.loading import RobotLike, require_no_loops
 from mafsil.model.placement import checked_poses, inverse
 from mafsil.model.skeleton import reach, with_skeleton
 from mafsil.planning.interruption import best_kept, tells_of_interruption
-from mafsil.planning.placement_answer import MEASURES, BasePlacement, Miss, PlacementStatus
+from mafsil.planning.placement_answer import MEASURES, BasePlacement, PlacementFailure, PlacementStatus
 from mafsil.robot import as_robot
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def optimal_base_placement(
         raise InputError("planning.too_many_poses", count=total, most=MOST_POSES)
     grid = np.stack([each.ravel() for each in np.meshgrid(*axes, levels, turns, indexing="ij")], axis=1)
     # 2., 3.
-    found = search.judged(grid)
+    found = search.evaluate(grid)
     # 4.
     finer = whole("refinements", refinements) if len(found.bases) == len(grid) else 0
     low, high = (np.array([f(axis) for axis in (*axes, levels)]) for f in (np.min, np.max))
@@ -116,7 +116,7 @@ def optimal_base_placement(
             rows = best + np.insert(moves, 2, 0.0, axis=1)
             rows = rows[((rows[:, :3] >= low) & (rows[:, :3] <= high)).all(axis=1)]
             if len(rows):
-                found = found.with_more(search.judged(rows))
+                found = found.with_more(search.evaluate(rows))
     return search.answer(found)
 
 
@@ -140,13 +140,13 @@ class _Search:
         if redundant:
             self.starts += list(rng.uniform(low, high, (samples - 1, arm.robot.n)))
 
-    def judged(self, bases: Floats) -> BasePlacement:
+    def evaluate(self, bases: Floats) -> BasePlacement:
         """What each of (k, 4) base poses reaches, and how well; at Ctrl-C of those looked at till then."""
         shape = (len(bases), len(self.targets))
-        misses, quality = np.full(shape, Miss.REACH, np.int8), np.full((*shape, len(MEASURES)), -1.0)
+        misses, quality = np.full(shape, PlacementFailure.REACH, np.int8), np.full((*shape, len(MEASURES)), -1.0)
         q = np.full((*shape, self.robot.n), np.nan)
         open_bases = np.asarray(self.movable.base_is_free(bases, self.stands_on), dtype=np.bool_)
-        misses[~open_bases] = Miss.BASE
+        misses[~open_bases] = PlacementFailure.BASE
         T_sb = base_poses(bases)
         near = np.linalg.norm(self.targets[None, :, :3, 3] - T_sb[:, None, :3, 3], axis=2) <= self.farthest
         rows, done = np.argwhere(open_bases[:, None] & near), 0
@@ -174,14 +174,14 @@ class _Search:
             valid, within = np.asarray(answer.valid), np.asarray(answer.within)
             pair, branch = np.nonzero(valid & within)
             limited = valid.any(axis=1)
-            self._note(rows[limited], Miss.LIMITS, misses)
+            self._note(rows[limited], PlacementFailure.LIMITS, misses)
             if not len(pair):
                 continue
             configurations = np.ascontiguousarray(answer.q[pair, branch])
-            full = self.movable.joined(bases[rows[pair, 0]], configurations)
+            full = self.movable.join(bases[rows[pair, 0]], configurations)
             free = np.asarray(self.movable.free(full), dtype=np.bool_)
-            self._note(rows[pair[~free]], Miss.COLLISION, misses)
-            self._note(rows[pair[free]], Miss.NONE, misses)
+            self._note(rows[pair[~free]], PlacementFailure.COLLISION, misses)
+            self._note(rows[pair[free]], PlacementFailure.NONE, misses)
             measured = self._measured(configurations[free], full[free])
             worst = measured.min(axis=1)
             order = np.lexsort((worst, pair[free]))
@@ -191,7 +191,7 @@ class _Search:
             best, i, j = best[better], i[better], j[better]
             quality[i, j], q[i, j] = measured[best], configurations[free][best]
 
-    def _note(self, rows: NDArray[np.intp], miss: Miss, misses: NDArray[np.int8]) -> None:
+    def _note(self, rows: NDArray[np.intp], miss: PlacementFailure, misses: NDArray[np.int8]) -> None:
         """Why pairs are missed: the reason that comes latest counts."""
         here = misses[rows[:, 0], rows[:, 1]]
         misses[rows[:, 0], rows[:, 1]] = np.maximum(here, np.int8(miss))
@@ -219,9 +219,9 @@ class _Search:
         """With the status, and for targets that the best base misses by a collision what they meet."""
         contacts = dict[int, Any]()
         best = found.best
-        for j in np.flatnonzero(found.misses[best] == Miss.COLLISION):
+        for j in np.flatnonzero(found.misses[best] == PlacementFailure.COLLISION):
             contacts[int(j)] = self._contact(found.bases[best], self.targets[j])
-        return found.judged(contacts)
+        return found.with_verdict(contacts)
 
     def _contact(self, base: Floats, target: PoseMatrix) -> Any:
         """What the arm meets in the solution that meets least."""
@@ -231,7 +231,7 @@ class _Search:
         rows = answer.q[0][np.asarray(answer.valid)[0] & np.asarray(answer.within)[0]]
         if not len(rows):
             return None
-        found = self.movable.distance(self.movable.joined(base, rows))
+        found = self.movable.distance(self.movable.join(base, rows))
         return list(found)[int(found.distance.argmax())]
 
 

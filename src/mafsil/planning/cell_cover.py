@@ -112,7 +112,7 @@ class _Space:
         q[:, self.moving] = self.low + (boxes.places + 0.5) * self.widths(boxes.level)
         return q
 
-    def judged(self, boxes: _Boxes) -> tuple[Truth, Truth]:
+    def judge_boxes(self, boxes: _Boxes) -> tuple[Truth, Truth]:
         """(m,), (m,) which boxes are proved free, and which full."""
         M, q = self._ways(self.widths(boxes.level) / 2.0), self.middles(boxes)
         clearance, *clearances = self.checker.clearances().tolist()
@@ -168,7 +168,7 @@ def cover(
             break
         # 1.
         looked_at += len(mixed.places)
-        is_free, is_full = space.judged(mixed)
+        is_free, is_full = space.judge_boxes(mixed)
         free.append(_Boxes(mixed.level, mixed.places[is_free]))
         mixed = _Boxes(mixed.level, mixed.places[~is_free & ~is_full])
         # 2.

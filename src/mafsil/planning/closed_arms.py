@@ -30,7 +30,7 @@ KINDS = (JointKind.SPHERICAL, JointKind.REVOLUTE, JointKind.FIXED)
 """Joints that keep points of two links together, which is what a path can keep."""
 
 
-def loops_kept(mechanism: Mechanism, tolerance: float = TOLERANCE) -> tuple[LoopClosed, ...]:
+def loop_constraints(mechanism: Mechanism, tolerance: float = TOLERANCE) -> tuple[LoopClosed, ...]:
     """What a path keeps so that the loops of a mechanism stay closed: points of two links on each other.
 
     A ball joint keeps one point, a hinge two on its axis, a fixed joint three. Between two configurations of a path
@@ -80,7 +80,7 @@ def kept_loops_of(checker: Checker, q: JointVector) -> Kept | None:
         checker: the arm.
         q: (n,) a configuration of the path.
     """
-    loops = loops_kept(checker.robot.mechanism)
+    loops = loop_constraints(checker.robot.mechanism)
     return Kept(*kept_of(checker, loops, q, bounds_of(checker, q[None]))) if loops else None
 
 
@@ -88,7 +88,7 @@ def closed_near(robot: Robot, q: JointVector) -> JointVector:
     """(k, n) of configurations (m, n) those near them with closed loops and within the limits, found by a search."""
     if not robot.mechanism.loops:
         return q
-    found = _chain_of(robot).closed(q)
+    found = _chain_of(robot).close_loops(q)
     limits = robot.limits
     within = limits.within(found.q).all(axis=1)
     return np.asarray(found.q[found.found & within])

@@ -60,7 +60,7 @@ class Coordination(Answer, data="t shares reached"):
         return first + say("planning.waiting_at", language=language, places=places)
 
 
-def coordinate(
+def coordinate_robots(
     collides: Collides, durations: tuple[float, float], *, cells: int = 200, priority: bool = False
 ) -> Coordination:
     """Two robots on their paths, each at full speed or waiting: the coordination diagram, and the quickest way through.
@@ -90,7 +90,7 @@ def coordinate(
     return _through(diagram, shares, moves, step)
 
 
-def avoid_moving(
+def avoid_moving_obstacles(
     collides: Collides, duration: float, horizon: float, *, cells: int = 200, backwards: bool = False
 ) -> Coordination:
     """One robot on its path among obstacles that move as is known: in path and time.

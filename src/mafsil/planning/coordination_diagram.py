@@ -29,7 +29,7 @@ UNKNOWN_SPEED = 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Waiting:
+class BlockedArm:
     """An arm that cannot go on.
 
     Attributes:
@@ -66,7 +66,7 @@ class CoordinatedPlan(ArmPlan):
     diagram: NDArray[np.int8] | None = None
     shares: tuple[Floats, ...] = ()
     places: Floats | None = None
-    waits: tuple[Waiting, ...] = ()
+    waits: tuple[BlockedArm, ...] = ()
 
     def explain(self, language: str | None = None) -> str:
         """The status, and who waits where."""
@@ -105,7 +105,7 @@ def coordinate_arms(
     3. The quickest way through free cells is the answer; staircases become straight where that is proved.
     4. Without one: if even what is not proved full leaves no way, that is a proven deadlock.
 
-    `.timed(limits)` gives the motion in the shortest time on the way found: corners rounded as far as that is proved.
+    `.time_optimal(limits)` gives the motion in the shortest time on the path: corners rounded as far as that is proved.
 
     Args:
         cell: two arms in their scene.
@@ -127,7 +127,7 @@ def coordinate_arms(
         cell.alone(name)
     points = {name: _points(cell, name, paths) for name in cell.names}
     # 1.
-    start = cell.joined({name: rows[0] for name, rows in points.items()})
+    start = cell.join({name: rows[0] for name, rows in points.items()})
     refused = _refuse(cell, points, start, begun)
     if refused is not None:
         return refused
@@ -193,7 +193,7 @@ def _refuse(
             return ended(PlanningStatus.PATH_BLOCKED, Reason(Named(name, found)))
     if not cell.free(start):
         return ended(PlanningStatus.START_BLOCKED, "", start)
-    goal = cell.joined({name: rows[-1] for name, rows in points.items()})
+    goal = cell.join({name: rows[-1] for name, rows in points.items()})
     return None if cell.free(goal) else ended(PlanningStatus.GOAL_BLOCKED, "", goal)
 
 
@@ -311,11 +311,11 @@ def _at(pieces: _Pieces, place: float) -> JointVector:
     return pieces.rows[k] + (place - k) * (pieces.rows[k + 1] - pieces.rows[k])
 
 
-def _waits(cell: MultiArmCell, pieces: list[_Pieces], cost: Floats) -> tuple[Waiting, ...]:
+def _waits(cell: MultiArmCell, pieces: list[_Pieces], cost: Floats) -> tuple[BlockedArm, ...]:
     """Where both arms are furthest on the whole, and what each would meet next."""
     i, j = np.meshgrid(pieces[0].shares, pieces[1].shares, indexing="ij")
     place = np.unravel_index(int(np.where(np.isfinite(cost), i + j, -1.0).argmax()), cost.shape)
-    found = list[Waiting]()
+    found = list[BlockedArm]()
     for k, name in enumerate(cell.names):
         at = [int(place[0]), int(place[1])]
         share, last = float(pieces[k].shares[at[k]]), len(pieces[k].seconds)
@@ -324,5 +324,5 @@ def _waits(cell: MultiArmCell, pieces: list[_Pieces], cost: Floats) -> tuple[Wai
             at[k] += 1
             check = cell.check(pieces[0].rows[at[0]] + pieces[1].rows[at[1]])
             contact = None if check else check.contacts[0]
-        found.append(Waiting(name, share, contact))
+        found.append(BlockedArm(name, share, contact))
     return tuple(found)

@@ -42,13 +42,13 @@ def plan_coupled(
         planner, seed, seconds, max_nodes, shortcut_iterations: as for `mf.plan`.
 
     Returns:
-        Rows of the path are coordinates of all arms: `cell.parted(plan.path)` has those of each.
+        Rows of the path are coordinates of all arms: `cell.split(plan.path)` has those of each.
 
     Raises:
         InputError: an unknown arm, a start that is missing, a wrong shape.
     """
-    q = cell.joined(start)
-    goals = _combine(cell, cell.parted(q), goal)
+    q = cell.join(start)
+    goals = _combine(cell, cell.split(q), goal)
     return plan(
         cell, None, q, goals, planner=planner, seed=seed, seconds=seconds, max_nodes=max_nodes,
         shortcut_iterations=shortcut_iterations,

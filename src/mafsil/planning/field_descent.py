@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.model.limits import admitted
+from mafsil.model.limits import snap_to_bounds
 from mafsil.planning.outcome import Plan, PlanningStatus
 
 STILL = 1e-10
@@ -93,7 +93,7 @@ def down_the_field(around: Field, start: Floats, step: float, escapes: int, seed
         escapes: random walks.
         seed: of these.
     """
-    given, start = start, admitted(start, around.lower, around.upper)
+    given, start = start, snap_to_bounds(start, around.lower, around.upper)
     way = [given] if (given != start).any() else []
     begun, rng, descent = perf_counter(), np.random.default_rng(seed), _Descent(around, start, step)
 
@@ -105,13 +105,13 @@ def down_the_field(around: Field, start: Floats, step: float, escapes: int, seed
         )
 
     # 1
-    blocked = descent.blocked()
+    blocked = descent.blocked_end()
     if blocked is not None:
         return ended(blocked, [start], [])
     # 2
     rows, minima, failures = descent.down(start), list[Floats](), 0
     for _ in range(escapes):
-        if descent.arrived(rows[-1]) or descent.spent:
+        if descent.is_goal(rows[-1]) or descent.spent:
             break
         # 3
         failures += 1
@@ -119,11 +119,11 @@ def down_the_field(around: Field, start: Floats, step: float, escapes: int, seed
         base = rows
         if failures % BACK == 0:
             base = rows[: 1 + int(rng.integers(len(rows)))]
-        walk = descent.wandered(base[-1], rng, failures)
+        walk = descent.random_walk(base[-1], rng, failures)
         new = [*base, *walk, *descent.down(walk[-1])[1:]] if walk else base
-        if descent.arrived(new[-1]) or descent.potential(new[-1]) < (1.0 - LOWER) * descent.potential(rows[-1]):
+        if descent.is_goal(new[-1]) or descent.potential(new[-1]) < (1.0 - LOWER) * descent.potential(rows[-1]):
             rows, failures = new, 0
-    if descent.arrived(rows[-1]):
+    if descent.is_goal(rows[-1]):
         return ended(PlanningStatus.FOUND, rows, minima)
     rests = descent.rests(rows[-1])
     minima += [rows[-1]] if failures == 0 and rests else []
@@ -149,7 +149,7 @@ class _Descent:
         """Whether the budget of steps is used up."""
         return self.looks >= MOST_STEPS
 
-    def blocked(self) -> PlanningStatus | None:
+    def blocked_end(self) -> PlanningStatus | None:
         """An end that lies outside the limits, or at which an obstacle has no distance left."""
         ends = (
             (self.start, PlanningStatus.START_OUTSIDE, PlanningStatus.START_BLOCKED),
@@ -179,7 +179,7 @@ class _Descent:
         """U."""
         return self.at(x)[0]
 
-    def arrived(self, x: Floats) -> bool:
+    def is_goal(self, x: Floats) -> bool:
         """Whether a point is the goal."""
         return bool(np.linalg.norm(self.field.goal - x) <= ARRIVED * max(1.0, self.size / self.field.kp))
 
@@ -190,7 +190,7 @@ class _Descent:
     def down(self, x: Floats) -> list[Floats]:
         """Points down the field from one, which is the first, to where it rests."""
         rows = [x]
-        while not self.spent and not self.arrived(x):
+        while not self.spent and not self.is_goal(x):
             found = self._lower_place(x)
             if found is None:
                 break
@@ -198,7 +198,7 @@ class _Descent:
             rows.append(x)
         return rows
 
-    def wandered(self, x: Floats, rng: np.random.Generator, times: int) -> list[Floats]:
+    def random_walk(self, x: Floats, rng: np.random.Generator, times: int) -> list[Floats]:
         """A random walk that meets nothing; the longer, the more there were before."""
         rows, limits = [x], (self.field.lower, self.field.upper)
         for _ in range(times * int(rng.integers(SHORT_WALK, LONG_WALK))):

@@ -85,7 +85,7 @@ def joint_group(robot: RobotLike, path: str | Path, name: str, *, at: ArrayLike 
     if not places:
         raise InputError("planning.group_empty", group=visible(name))
     locked = {joint: float(stands[k]) for k, joint in enumerate(moving) if k not in places}
-    part = mechanism.locked(locked) if locked else mechanism
+    part = mechanism.with_locked_joints(locked) if locked else mechanism
     chain = groups[name].first("chain")
     if chain is not None:
         part = part.with_tip(chain.get("tip_link"))

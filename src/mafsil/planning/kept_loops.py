@@ -356,7 +356,7 @@ def kept_along(kept: Kept, kinematics: Kinematics, A: Floats, B: Floats, worst: 
 
 
 @compiled
-def measured(kept: Kept, kinematics: Kinematics, q: Floats) -> Floats:
+def measure_constraints(kept: Kept, kinematics: Kinematics, q: Floats) -> Floats:
     """(m, k) measures of configurations (m, n)."""
     sheet, out = sheet_for(kept), np.empty((len(q), len(kept.limit)))
     for r in range(len(q)):
@@ -365,7 +365,7 @@ def measured(kept: Kept, kinematics: Kinematics, q: Floats) -> Floats:
 
 
 @compiled
-def projected(kept: Kept, kinematics: Kinematics, q: Floats, done: NDArray[np.bool_]) -> None:
+def project_to_constraints(kept: Kept, kinematics: Kinematics, q: Floats, done: NDArray[np.bool_]) -> None:
     """Configurations (m, n) brought to where all constraints are kept, in place; (m,) out: which are."""
     sheet = sheet_for(kept)
     for r in range(len(q)):

@@ -54,7 +54,7 @@ class Kept:
 
     def measures(self, checker: Checker, q: JointVector) -> Floats:
         """(m, k) measures of configurations (m, n)."""
-        return kept_loops.measured(self.arrays, checker.world().kinematics, np.ascontiguousarray(q))
+        return kept_loops.measure_constraints(self.arrays, checker.world().kinematics, np.ascontiguousarray(q))
 
     def holds(self, checker: Checker, q: JointVector) -> NDArray[np.bool_]:
         """(m,) whether configurations (m, n) keep everything."""
@@ -145,7 +145,7 @@ def search_kept(
     if np.array_equal(goals[order[0]], q):
         return np.stack([q, q]), 1, (0, 0, 0)
     # 1.
-    rows = kept_search_loops.steered(shop, arrays, slack, q, np.ascontiguousarray(goals[order]), STEP, seen)
+    rows = kept_search_loops.steer_to_first_goal(shop, arrays, slack, q, np.ascontiguousarray(goals[order]), STEP, seen)
     made, path = 2, np.concatenate([q[None], rows])
     if not len(rows):
         # 2.
@@ -162,7 +162,7 @@ def search_kept(
             if made >= nodes or perf_counter() > deadline:
                 return None, made, _count(seen)
             if code == arm_search_loops.FULL:
-                forests = arm_search_loops.doubled(forests)
+                forests = arm_search_loops.double_forests(forests)
         made, path = int(forests.sizes[:2].sum()), forests.path[: forests.sizes[2]].copy()
     # 3.
     path = kept_search_loops.shorten_kept(shop, arrays, slack, path, STEP, shorten, random, seen)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.held import Held, open_held
 from mafsil.kernels.loops.loop import compiled
 from mafsil.planning.arm_search_loops import (
     FULL,
@@ -61,7 +61,7 @@ def steer(
         sheet: to work in.
         seen: (3,) counts.
     """
-    count, now, new, size, way, kinematics = 0, sheet.q[0], sheet.q[1], step, 0.0, opened(shop).world.kinematics
+    count, now, new, size, way, kinematics = 0, sheet.q[0], sheet.q[1], step, 0.0, open_held(shop).world.kinematics
     for c in range(len(a)):
         now[c] = a[c]
     while count < CHAIN and way < reach:
@@ -166,7 +166,7 @@ def _length(a: Floats, rows: Floats, count: int) -> float:
 
 
 @compiled
-def steered(
+def steer_to_first_goal(
     shop: Held[Workshop], kept: Kept, slack: float, a: Floats, goals: Floats, step: float, seen: NDArray[np.int64]
 ) -> Floats:
     """A proved chain (m, n) steered from a to the first of (k, n) goals that it reaches; empty if to none."""

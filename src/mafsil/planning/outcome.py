@@ -71,7 +71,7 @@ class Plan(Answer, data="path length reason interrupted planner configurations s
 
     def explain(self, language: str | None = None) -> str:
         """The status, the reason, and the account."""
-        reason = said(self.reason, language)
+        reason = reason_text(self.reason, language)
         first = self.status.sentence(language) + (f" ({reason})" if reason else "")
         details = {"planner": self.planner, "nodes": self.nodes, "configurations": self.configurations}
         more = {"segments": self.segments, "seconds": self.seconds, "points": len(self.path), "length": self.length}
@@ -154,7 +154,7 @@ class FirstLine:
         return self.said.explain(language=language).split("\n")[0]
 
 
-def said(reason: str, language: str | None = None) -> str:
+def reason_text(reason: str, language: str | None = None) -> str:
     """A reason in a language; a plain text as it is.
 
     Args:

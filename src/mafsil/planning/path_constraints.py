@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, JointVector, Vector3, positive, single
 from mafsil.collision.joints import joints_of
 from mafsil.errors import InputError
-from mafsil.fields import checked, or_none, vector
+from mafsil.fields import check_fields, or_none, vector
 from mafsil.geometry import rotation
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
@@ -71,7 +71,7 @@ class Upright:
     axis: ArrayLike = (0.0, 0.0, 1.0)
     direction: ArrayLike | None = None
     frame: str | None = None
-    __post_init__ = checked(angle=positive, axis=vector(3), direction=or_none(vector(3)))
+    __post_init__ = check_fields(angle=positive, axis=vector(3), direction=or_none(vector(3)))
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """One direction."""
@@ -109,7 +109,7 @@ class FixedOrientation:
     R: ArrayLike | None = None
     tolerance: float = 0.01
     frame: str | None = None
-    __post_init__ = checked(R=or_none(vector(3, 3)), tolerance=positive)
+    __post_init__ = check_fields(R=or_none(vector(3, 3)), tolerance=positive)
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """The three axes; the sum of their squared chords is 8 sin(theta / 2)^2."""
@@ -171,7 +171,7 @@ class OnLine(_Place):
     at: ArrayLike = (0.0, 0.0, 0.0)
     frame: str | None = None
     key = "planning.keeps_line"
-    __post_init__ = checked(direction=vector(3), point=or_none(vector(3)), tolerance=positive, at=vector(3))
+    __post_init__ = check_fields(direction=vector(3), point=or_none(vector(3)), tolerance=positive, at=vector(3))
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """What is across the line."""
@@ -197,7 +197,7 @@ class InPlane(_Place):
     at: ArrayLike = (0.0, 0.0, 0.0)
     frame: str | None = None
     key = "planning.keeps_plane"
-    __post_init__ = checked(normal=vector(3), point=or_none(vector(3)), tolerance=positive, at=vector(3))
+    __post_init__ = check_fields(normal=vector(3), point=or_none(vector(3)), tolerance=positive, at=vector(3))
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """What is along the normal."""
@@ -223,7 +223,7 @@ class LoopClosed(_Place):
     tolerance: float = 0.001
     aim: float = AIM
     key = "planning.keeps_loop"
-    __post_init__ = checked(at=vector(3), other_at=vector(3), tolerance=positive, aim=positive)
+    __post_init__ = check_fields(at=vector(3), other_at=vector(3), tolerance=positive, aim=positive)
 
     def limits(self) -> tuple[float, float]:
         """The tolerance [m], and the share of it that is aimed at."""

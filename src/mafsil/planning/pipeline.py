@@ -81,7 +81,7 @@ def find_path(
         return _end(problem, PlanningStatus.NOT_FOUND, q[None], planner, made, begun)
     # 3.
     if shortcut_iterations:
-        path = shortened(problem, path, rng)
+        path = take_shortcuts(problem, path, rng)
     return _end(problem, PlanningStatus.FOUND, path, planner, made, begun)
 
 
@@ -90,7 +90,7 @@ def _end(problem: Problem, status: PlanningStatus, path: JointVector, planner: s
     return Plan(status, path, planner, counts.configurations, counts.segments, nodes, perf_counter() - begun)
 
 
-def shortened(problem: Problem, path: JointVector, rng: np.random.Generator, tries: int = 200) -> JointVector:
+def take_shortcuts(problem: Problem, path: JointVector, rng: np.random.Generator, tries: int = 200) -> JointVector:
     """A path (k, n) with shortcuts, never longer.
 
     1. Corners that a straight piece can leave out, from the ends inwards.

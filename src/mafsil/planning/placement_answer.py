@@ -32,7 +32,7 @@ class PlacementStatus(Status):
     NOT_FOUND = ("planning.not_placed", False)
 
 
-class Miss(IntEnum):
+class PlacementFailure(IntEnum):
     """Why a target is not reached; the later ones got further."""
 
     BASE = 0
@@ -51,7 +51,7 @@ class BasePlacement(Answer, data="T_sb configurations interrupted"):
         robot: the arm.
         targets: (m, 4, 4) in {s}.
         bases: (k, 4) x, y, z [m], yaw [rad]; the grid first, then refinements.
-        misses: (k, m) a `Miss` each; NONE where it is reached.
+        misses: (k, m) a `PlacementFailure` each; NONE where it is reached.
         quality: (k, m, 3) shares of the best solution, by MEASURES; -1 where there is none.
         q: (k, m, n) that solution; NaN where there is none.
         grid: how many of the bases are of the grid.
@@ -73,7 +73,7 @@ class BasePlacement(Answer, data="T_sb configurations interrupted"):
     @property
     def reached(self) -> NDArray[np.bool_]:
         """(k, m) which targets are reached from which base."""
-        return np.asarray(self.misses == Miss.NONE)
+        return np.asarray(self.misses == PlacementFailure.NONE)
 
     @property
     def score(self) -> Floats:
@@ -116,7 +116,7 @@ class BasePlacement(Answer, data="T_sb configurations interrupted"):
         names = ("bases", "misses", "quality", "q")
         return replace(self, **{each: np.concatenate([getattr(self, each), getattr(other, each)]) for each in names})
 
-    def judged(self, contacts: Mapping[int, ContactPair | None]) -> BasePlacement:
+    def with_verdict(self, contacts: Mapping[int, ContactPair | None]) -> BasePlacement:
         """With the status that the bases say, and what the arm meets where the best base misses targets."""
         found = bool(self.reached[self.best].all())
         status = PlacementStatus.FOUND if found else PlacementStatus.NOT_FOUND
@@ -144,9 +144,9 @@ class BasePlacement(Answer, data="T_sb configurations interrupted"):
 
     def _missed(self, j: int, language: str | None) -> str:
         """Why a target is missed from the best base, and from how many it is reached."""
-        miss = Miss(int(self.misses[self.best, j]))
+        miss = PlacementFailure(int(self.misses[self.best, j]))
         contact = self.contacts.get(j)
-        far = self._beyond_reach(j) if miss is Miss.REACH else None
+        far = self._beyond_reach(j) if miss is PlacementFailure.REACH else None
         key = f"planning.miss_{miss.name.lower()}" if far is None else "planning.miss_far"
         why = say(key, language=language, **(far or {}))
         if contact is not None:
@@ -164,7 +164,7 @@ class BasePlacement(Answer, data="T_sb configurations interrupted"):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data of the best base; all bases are in the arrays."""
-        misses = [Miss(int(each)).name.lower() for each in self.misses[self.best]]
+        misses = [PlacementFailure(int(each)).name.lower() for each in self.misses[self.best]]
         return Answer.to_dict(self) | {
             "base": self.bases[self.best],
             "tried": len(self.bases),

@@ -17,7 +17,7 @@ from mafsil.answer import Answer, plain
 from mafsil.arrays import Floats, JointVector, positive, whole
 from mafsil.collision import Checker
 from mafsil.errors import InputError
-from mafsil.fields import checked, finite
+from mafsil.fields import check_fields, finite
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.planning.arm_limits import bounds_of
@@ -45,7 +45,7 @@ class Query:
     space: Checker | Problem
     start: JointVector
     goal: JointVector
-    __post_init__ = checked(start=finite(1), goal=finite(1, 2))
+    __post_init__ = check_fields(start=finite(1), goal=finite(1, 2))
 
     @property
     def planners(self) -> tuple[str, ...]:
@@ -55,7 +55,7 @@ class Query:
         few = self.space.robot.n <= MOST_MOVING
         return tuple(dict.fromkeys(name for name in (*ARM_PLANNERS, *PLANNERS) if few or name != CELLS))
 
-    def asked(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
+    def run_planner(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
         """The answer of a planner; Ctrl-C goes on to who asked for the table.
 
         Raises:
@@ -221,7 +221,9 @@ def bench_planners(
         for k, name in enumerate(chosen):
             plans: list[list[Plan]] = []
             for i, query in enumerate(queries):
-                plans.append([query.asked(name, seed, seconds, max_nodes, shortcut_iterations) for seed in numbers])
+                plans.append(
+                    [query.run_planner(name, seed, seconds, max_nodes, shortcut_iterations) for seed in numbers]
+                )
                 progress((k + (i + 1) / len(queries)) / len(chosen))
             results.append(_result(name, queries, plans))
     except KeyboardInterrupt:
@@ -286,7 +288,7 @@ class _Edges:
     free: list[bool] = field(default_factory=list[bool])
 
 
-def watch(
+def log_search(
     query: Query, planner: str = "rrt_connect", *, seed: int = 0, seconds: float = 10.0, max_nodes: int = 2000
 ) -> SearchLog:
     """Run a planner and note every edge that it asks for.

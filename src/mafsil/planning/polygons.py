@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch, single
 from mafsil.errors import InputError
-from mafsil.fields import checked, vector
+from mafsil.fields import check_fields, vector
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.search import shortest_way
 
@@ -56,7 +56,9 @@ class PolygonWorld:
     lower: Floats
     upper: Floats
     polygons: tuple[Floats, ...]
-    _corners = checked(lower=vector(2), upper=vector(2), polygons=lambda _, value: tuple(_counter_clockwise(value)))
+    _corners = check_fields(
+        lower=vector(2), upper=vector(2), polygons=lambda _, value: tuple(_counter_clockwise(value))
+    )
 
     def __post_init__(self) -> None:
         self._corners()

@@ -46,7 +46,7 @@ class Near(NamedTuple):
     away: Floats
 
 
-def disc(centre: ArrayLike, radius: float) -> Distance:
+def disc_distance(centre: ArrayLike, radius: float) -> Distance:
     """The distance to a disc or ball.
 
     Args:
@@ -163,7 +163,7 @@ class PotentialField:
         Raises:
             InputError: a wrong shape, a number that is not finite, a strength or reach that is not positive.
         """
-        target = checker.robot.limits.admitted(single("goal", goal, (checker.robot.n,)))
+        target = checker.robot.limits.snap_to_limits(single("goal", goal, (checker.robot.n,)))
         kp, eta, reach = (positive(name, x) for name, x in (("kp", kp), ("eta", eta), ("reach", reach)))
         arm = WholeArm.of(checker, target, reach + ROOM)
         limits, kept = checker.robot.limits, arm(target).rho

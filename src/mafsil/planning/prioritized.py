@@ -19,7 +19,7 @@ from mafsil.planning.arms_motion import ArmsMotion, TimedArm, unproved_moment
 from mafsil.planning.closed_arms import closed_near, kept_loops_of
 from mafsil.planning.kept_planning import Measured
 from mafsil.planning.outcome import PlanningStatus, Reason
-from mafsil.planning.rounding import rounded
+from mafsil.planning.rounding import round_corners
 from mafsil.planning.waiting_places import RESTS, route_along, standing, timed_way
 from mafsil.trajectory import JointPath, MotionLimits
 from mafsil.trajectory.motion_limits import Limits, motion_limits
@@ -83,13 +83,13 @@ def plan_prioritized(
     turns = _Turns(cell, start, goal, limits, whole("seed", seed), positive("seconds", seconds))
     blocked = turns.blocked_end()
     if blocked is not None:
-        return turns.refused(*blocked, perf_counter() - begun)
+        return turns.refuse(*blocked, perf_counter() - begun)
     if order is not None and sorted(order) != sorted(cell.names):
         raise InputError("planning.order", order=", ".join(order), known=", ".join(cell.names))
     orders = [order] if order is not None else list(islice(permutations(cell.names), MOST_ORDERS))
     failed = ""
     for each in orders:
-        found, failed = turns.planned(each)
+        found, failed = turns.plan_in_order(each)
         if found is not None:
             return ArmsMotion(PlanningStatus.FOUND, cell, found, perf_counter() - begun)
     return ArmsMotion(PlanningStatus.NOT_FOUND, cell, {}, perf_counter() - begun, failed)
@@ -125,7 +125,7 @@ def plan_around_moving(
     ends = {each: motion.at(motion.duration) for each, motion in others.items()}
     blocked = turns.blocked_past(name, ends)
     if blocked is not None:
-        return turns.refused(*blocked, perf_counter() - begun)
+        return turns.refuse(*blocked, perf_counter() - begun)
     waiting = tuple(each for each in cell.names if each != name and each not in others)
     found = turns.turn(name, others, waiting)
     if found is None:
@@ -148,7 +148,7 @@ class _Turns:
     ) -> None:  # fmt: skip
         self.cell, self.seed, self.left = cell, seed, seconds
         self.warm = set[str]()
-        self.start = cell.parted(cell.joined(start))
+        self.start = cell.split(cell.join(start))
         for name in goal:
             cell.alone(name)
         self.goals = {
@@ -162,7 +162,7 @@ class _Turns:
 
     def blocked_end(self) -> tuple[PlanningStatus, JointVector] | None:
         """Starts at which something meets; goals are chosen so that all arms are free at them together."""
-        start = self.cell.joined(self.start)
+        start = self.cell.join(self.start)
         if not self.cell.free(start):
             return PlanningStatus.START_BLOCKED, start
         if self._gapes(start):
@@ -173,19 +173,19 @@ class _Turns:
                 return PlanningStatus.UNREACHABLE, start
             near = rows[np.argsort(np.linalg.norm(rows - self.start[name], axis=1), kind="stable")]
             among = self.cell.among([*chosen, name])
-            free = among.free(among.joined({**self.start, **chosen, name: near}))
+            free = among.free(among.join({**self.start, **chosen, name: near}))
             if not np.any(free):
-                return PlanningStatus.GOAL_BLOCKED, among.joined({**self.start, **chosen, name: near[0]})
-            closed = free & ~self._gapes(self.cell.joined({**self.start, **chosen, name: near}))
+                return PlanningStatus.GOAL_BLOCKED, among.join({**self.start, **chosen, name: near[0]})
+            closed = free & ~self._gapes(self.cell.join({**self.start, **chosen, name: near}))
             if not np.any(closed):
-                return PlanningStatus.GOAL_OFF, self.cell.joined({**self.start, **chosen, name: near[0]})
+                return PlanningStatus.GOAL_OFF, self.cell.join({**self.start, **chosen, name: near[0]})
             chosen[name] = near[int(np.argmax(closed))]
         self.goal = chosen
         return None
 
     def blocked_past(self, name: str, ends: Mapping[str, JointVector]) -> tuple[PlanningStatus, JointVector] | None:
         """The start, or goals none of which is free when all others have arrived."""
-        start = self.cell.joined(self.start)
+        start = self.cell.join(self.start)
         if not self.cell.free(start):
             return PlanningStatus.START_BLOCKED, start
         if self._gapes(start):
@@ -194,7 +194,7 @@ class _Turns:
         if not len(rows):
             return PlanningStatus.UNREACHABLE, start
         near = rows[np.argsort(np.linalg.norm(rows - self.start[name], axis=1), kind="stable")]
-        q = self.cell.joined({**self.start, **ends, name: near})
+        q = self.cell.join({**self.start, **ends, name: near})
         free = np.asarray(self.cell.free(q))
         if not free.any():
             return PlanningStatus.GOAL_BLOCKED, q[0]
@@ -204,7 +204,7 @@ class _Turns:
         self.goal = {**self.start, **ends, name: near[int(closed.argmax())]}
         return None
 
-    def refused(self, status: PlanningStatus, q: JointVector, seconds: float) -> ArmsMotion:
+    def refuse(self, status: PlanningStatus, q: JointVector, seconds: float) -> ArmsMotion:
         """The answer where an end cannot be: what meets there, or by how much loops gape."""
         kept = kept_loops_of(self.cell, q)
         if kept is None or status not in (PlanningStatus.START_OFF, PlanningStatus.GOAL_OFF):
@@ -219,7 +219,7 @@ class _Turns:
         open_rows = np.zeros(len(rows), np.bool_) if kept is None else ~kept.holds(self.cell, rows)
         return open_rows.reshape(q.shape[:-1])
 
-    def planned(self, order: tuple[str, ...]) -> tuple[dict[str, TimedArm] | None, str]:
+    def plan_in_order(self, order: tuple[str, ...]) -> tuple[dict[str, TimedArm] | None, str]:
         """Motions in an order of turns; else which arm found none."""
         motions: dict[str, TimedArm] = {}
         for k, name in enumerate(order):
@@ -266,7 +266,7 @@ class _Turns:
 
         def is_free(q: JointVector, t: Floats, room: float = APART) -> NDArray[np.bool_]:
             places = {each: motion.at(t) for each, motion in before.items()}
-            all_of_them = among.joined({**fixed, **places, name: q})
+            all_of_them = among.join({**fixed, **places, name: q})
             return np.asarray(between.with_clearance(among.clearance + room).free(all_of_them), dtype=np.bool_)
 
         ends = points[[0, -1]][:, self.cell.columns[name]]
@@ -293,7 +293,7 @@ class _Turns:
             for (a, b), count in zip(pairwise(points), counts, strict=True)
         ]
         alone = self.cell.among([name])
-        full = rounded(alone, np.concatenate([*rows, points[-1:]]), kept=kept_loops_of(alone, points[0])).curve
+        full = round_corners(alone, np.concatenate([*rows, points[-1:]]), kept=kept_loops_of(alone, points[0])).curve
         columns = self.cell.columns[name]
         return JointPath(PiecewisePolynomial(full.knots, frozen(full.coefficients[:, :, columns])))
 
@@ -309,7 +309,7 @@ class _Turns:
         if before:
             places += [(at_goal, (*before, *waiting)), (nowhere, (*before, *waiting))]
         if np.array_equal(q, goal):
-            yield self.cell.joined(self.start)[None]
+            yield self.cell.join(self.start)[None]
         else:
             for seed in range(self.seed, self.seed + SEEDS):
                 for there, counted in places:
@@ -339,7 +339,7 @@ class _Turns:
         if self.left <= 0.0:
             return None
         checker = self.cell.among([name, *counted], [name])
-        a, b = (checker.joined({**self.start, **places, name: end}) for end in (q, goal))
+        a, b = (checker.join({**self.start, **places, name: end}) for end in (q, goal))
         found = plan(checker, None, a, b, seed=seed, seconds=min(SECONDS, self.left), max_nodes=NODES)
         self._spent("path", found.seconds)
         return found.path if found else None

@@ -107,7 +107,7 @@ class Problem:
         """Whether all segments of a path (k, n) are free."""
         return all(self.is_free_segment(a, b) for a, b in pairwise(path))
 
-    def sampled(self, rng: np.random.Generator, count: int) -> JointVector:
+    def sample(self, rng: np.random.Generator, count: int) -> JointVector:
         """(count, n) configurations evenly between the bounds."""
         return rng.uniform(self.lower, self.upper, (count, self.n))
 

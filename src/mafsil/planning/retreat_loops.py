@@ -23,7 +23,7 @@ from mafsil.collision.workshop_loops import Kinematics
 from mafsil.kernels.loops.kernel_calls import call_lanes
 from mafsil.kernels.loops.lanes import WIDTH, get, lanes, part, put, seen
 from mafsil.kernels.loops.loop import compiled
-from mafsil.solvers.cholesky_loops import factored, solved
+from mafsil.solvers.cholesky_loops import factor, solve
 
 END, TOOL, BEFORE, ROLL, SHOULDER = range(5)
 """Columns of `Limbs.parts`."""
@@ -155,13 +155,13 @@ def _find_rates(limbs: Limbs, limb: int, bounds: Floats) -> bool:
             for c in range(n):
                 total += J[c, i] * J[c, k]
             A[i, k] = total
-    if not factored(A, 6):
+    if not factor(A, 6):
         return False
     _find_directions(limbs, limb, x, y, z)
     for k in range(3):  # 3
         for i in range(3):
             b[i], b[3 + i] = 0.0, limbs.directions[k, i]
-        solved(A, 6, b)
+        solve(A, 6, b)
         for c in range(n):
             rate = 0.0
             for i in range(6):

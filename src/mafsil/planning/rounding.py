@@ -20,7 +20,7 @@ HALVINGS = 6
 """How often a corner is rounded more tightly before it stays sharp."""
 
 
-def rounded(checker: Checker, path: JointVector, share: float = 0.5, kept: Kept | None = None) -> JointPath:
+def round_corners(checker: Checker, path: JointVector, share: float = 0.5, kept: Kept | None = None) -> JointPath:
     """A path of proved straight motions with its corners rounded; what is rounded is proved free, too.
 
     1. A corner c between directions d and e becomes, from c - r d to c + r e, the quintic whose control points lie

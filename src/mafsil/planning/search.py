@@ -79,7 +79,7 @@ def rrt_connect(
     nodes, side = 1 + len(goals), 0
     while budget.left(nodes):
         # 1.
-        sample = problem.sampled(budget.rng, 1)[0]
+        sample = problem.sample(budget.rng, 1)[0]
         ours = min(forest[side], key=lambda tree: float(np.linalg.norm(tree.q[tree.nearest(sample)] - sample)))
         new = _grown(problem, ours, sample, step)
         if new is not None:
@@ -133,7 +133,7 @@ def prm(
     blocked: set[tuple[int, int]] = set()
     while budget.left(len(q)):
         # 1.
-        some = problem.sampled(budget.rng, ROADMAP)
+        some = problem.sample(budget.rng, ROADMAP)
         q = np.concatenate([q, some[problem.is_free(some)]])
         edges = _neighbours(q)
         # 2.
@@ -287,7 +287,7 @@ def _inform(problem: Problem, a: JointVector, b: JointVector, length: float, rng
         sample = (a + b) / 2.0 + basis[:, :n] @ (axes * x)
         if (sample >= problem.lower).all() and (sample <= problem.upper).all():
             return sample
-    return problem.sampled(rng, 1)[0]
+    return problem.sample(rng, 1)[0]
 
 
 PLANNERS: dict[str, Planner] = {"rrt_connect": rrt_connect, "prm": prm, "rrt_star": rrt_star}

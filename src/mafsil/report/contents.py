@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.control.analysis import explained
+from mafsil.control.analysis import words_for
 from mafsil.job import judgement
 from mafsil.job.arrival import INSTANT, Arrival
 from mafsil.job.cell_signals import assignments, conditions
@@ -374,7 +374,7 @@ def _explain(run: Run, words: _Words) -> Iterator[tuple[str, str]]:
     if run.recording.contact_wrench is not None:
         names["contact_force"] = words("contact_force")
     for name, label in names.items():
-        found = explained(name)
+        found = words_for(name)
         yield label, f"{found.paragraph(words.language)} {found.formula}"
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.control.analysis import explained
+from mafsil.control.analysis import words_for
 from mafsil.job import Job
 from mafsil.job.law_bench import CONDITIONS, LawBench, LawResult, LawStatus
 from mafsil.messages import say
@@ -193,7 +193,7 @@ def _details(bench: LawBench, text: str, words: _Words) -> Iterator[Details]:
     """Every law in words with its formula, the job, versions."""
     accounts: list[tuple[str, str]] = []
     for one in bench:
-        found = explained(one.kind)
+        found = words_for(one.kind)
         accounts.append((words.law(one), f"{found.paragraph(words.language)} {found.formula}"))
     yield Details(words("explained"), tuple(accounts))
     yield Details(words("job_file"), text=text)

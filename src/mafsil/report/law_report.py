@@ -16,10 +16,10 @@ from mafsil.page.content import sentence
 from mafsil.report import fragments
 from mafsil.report.contents import versions
 from mafsil.report.law_contents import LawPage, law_page
-from mafsil.report.page import filled, frame, kept, plot_data, report_style
+from mafsil.report.page import fill_slots, frame, hidden_language, plot_data, report_style
 from mafsil.report.results import write_file, write_folder
-from mafsil.scene import one_script, packed
-from mafsil.scene.inline import embedded, policy
+from mafsil.scene import one_script, pack_floats
+from mafsil.scene.inline import embed_json, policy
 
 MAIN = "report/template/laws.js"
 LABELS = (
@@ -69,9 +69,9 @@ def render_laws(page: LawPage, *others: LawPage) -> str:
     slots |= {name: say(f"report.{name}", language=page.language) for name in LABELS}
     slots["policy"] = policy(style, code)
     slots["alone"] = "" if others else "hidden"
-    slots["data"] = embedded(_data(page, *others))
-    slots["languages"] = "".join(kept(each.language, _texts(each)) for each in others)
-    return filled("laws.html", slots)
+    slots["data"] = embed_json(_data(page, *others))
+    slots["languages"] = "".join(hidden_language(each.language, _texts(each)) for each in others)
+    return fill_slots("laws.html", slots)
 
 
 @cache
@@ -102,7 +102,7 @@ def _data(*pages: LawPage) -> dict[str, Any]:
         "titles": {each.language: visible(each.title) for each in pages},
         "texts": {each.language: _curves(each) for each in pages},
         "joints": list(page.laws),
-        "time": packed(page.times),
+        "time": pack_floats(page.times),
         "moves": [],
         "plots": [plot_data(plot) for plot in page.plots],
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mafsil.arrays import Floats
 from mafsil.job import Run
-from mafsil.job.limiting import MORE, CycleLimit, most_used, named
+from mafsil.job.limiting import MORE, CycleLimit, most_used, name_limit
 from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.report.content import Plot, Table
@@ -51,7 +51,7 @@ def limit_name(run: Run, quantity: str, joint: int, language: str) -> str:
     """
     if quantity == "others":
         return say("report.other_limits", language=language)
-    return named(run.robot, quantity, joint).explain(language=language)
+    return name_limit(run.robot, quantity, joint).explain(language=language)
 
 
 def _row(run: Run, one: CycleLimit, cycle: float, language: str) -> tuple[str, ...]:

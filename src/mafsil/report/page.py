@@ -13,11 +13,11 @@ import numpy as np
 from mafsil.messages import direction, say
 from mafsil.messages.visible import visible
 from mafsil.page.arm import Arm
-from mafsil.page.assemble import assembled, styles
+from mafsil.page.assemble import assemble, styles
 from mafsil.page.content import content, sentence
 from mafsil.report import fragments
 from mafsil.report.content import Page, Plot, Scene, Table
-from mafsil.scene import as_data, packed
+from mafsil.scene import as_data, pack_floats
 from mafsil.scene.inline import attribute
 
 MAIN = "report/template/main.js"
@@ -41,13 +41,13 @@ def render(page: Page, *others: Page) -> str:
     texts = _texts(page) | _labels(page.language) | {"varied": "hidden" if page.variation_table is None else ""}
     slots = {
         "header": texts["header"],
-        "reading": filled("report.html", texts),
-        "languages": "".join(kept(each.language, _texts(each)) for each in others),
+        "reading": fill_slots("report.html", texts),
+        "languages": "".join(hidden_language(each.language, _texts(each)) for each in others),
         "alone": "" if others else "hidden",
         "state": "recording",
         "style": _asset("report.css"),
     }
-    return assembled(_data(page, others), (), MAIN, slots)
+    return assemble(_data(page, others), (), MAIN, slots)
 
 
 def report_style() -> str:
@@ -74,7 +74,7 @@ def _optional(content: Table | None) -> str:
     return "" if content is None else f'<div class="wide">{fragments.table(content)}</div>'
 
 
-def kept(language: str, slots: Mapping[str, str]) -> str:
+def hidden_language(language: str, slots: Mapping[str, str]) -> str:
     """The texts of a language that is not shown, as a template.
 
     Args:
@@ -95,7 +95,7 @@ def _words(page: Page) -> dict[str, Any]:
     }
 
 
-def filled(template: str, slots: Mapping[str, str]) -> str:
+def fill_slots(template: str, slots: Mapping[str, str]) -> str:
     """A template with its places filled.
 
     Args:
@@ -142,7 +142,7 @@ def _data(page: Page, others: Sequence[Page]) -> dict[str, Any]:
         "texts": {one.language: _words(one) for one in every},
         "duration": page.duration,
         "joints": [visible(name) for name in page.joints],
-        "time": packed(page.times),
+        "time": pack_floats(page.times),
         "moves": [{"from": one.start, "to": one.end, "level": one.level} for one in page.steps if not one.beside],
         "flags": [{"time": one.time, "level": one.level} for one in page.findings if one.time is not None],
         "plots": [plot_data(plot) for plot in page.plots],
@@ -156,7 +156,13 @@ def plot_data(plot: Plot) -> dict[str, Any]:
     if plot.limits is not None:
         limits = [[float(bound) if np.isfinite(bound) else None for bound in row] for row in plot.limits]
     names = [visible(name) for name in plot.names]
-    drawn = {"title": plot.title, "unit": plot.unit, "values": packed(plot.values), "limits": limits, "names": names}
+    drawn = {
+        "title": plot.title,
+        "unit": plot.unit,
+        "values": pack_floats(plot.values),
+        "limits": limits,
+        "names": names,
+    }
     return drawn | {"column": plot.column, "keys": [visible(key) for key in plot.keys]}
 
 
@@ -166,7 +172,7 @@ def around_data(scene: Scene) -> dict[str, Any]:
     return {
         "targets": [{"name": visible(name), "pose": pose.tolist()} for name, pose in scene.targets],
         "scenery": as_data(bodies),
-        "carried": [{"poses": packed(one.poses), "first": one.first, "end": one.end} for one in scene.carried],
+        "carried": [{"poses": pack_floats(one.poses), "first": one.first, "end": one.end} for one in scene.carried],
         "fixed": [pose.tolist() for _, pose in scene.fixed],
     }
 
@@ -176,9 +182,9 @@ def _tape(scene: Scene) -> dict[str, Any]:
         "period": scene.period,
         "end": float(scene.times[-1]),
         "frames": len(scene.q),
-        "q": packed(scene.q),
-        "tips": packed(scene.tips),
-        "reference": packed(scene.references),
+        "q": pack_floats(scene.q),
+        "tips": pack_floats(scene.tips),
+        "reference": pack_floats(scene.references),
     }
 
 

@@ -25,7 +25,7 @@ from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.resting import resting_configuration, starting_place
 from mafsil.job.surroundings import scene_of
 from mafsil.model.mesh import Surface
-from mafsil.model.mesh.decimation import decimated
+from mafsil.model.mesh.decimation import decimate
 from mafsil.model.mesh.primitives import SIDES
 from mafsil.model.mesh.surface import hull_surface
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
@@ -321,7 +321,7 @@ def _solid(obstacle: Obstacle, size: float, seen: Floats) -> Solid:
 
 
 def _surface(surface: Surface) -> Solid:
-    return Solid("surface", (), colour=OBSTACLE_COLOUR, surface=decimated(surface, MOST_TRIANGLES))
+    return Solid("surface", (), colour=OBSTACLE_COLOUR, surface=decimate(surface, MOST_TRIANGLES))
 
 
 def _hull(points: Floats) -> Solid:

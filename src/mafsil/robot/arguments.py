@@ -16,7 +16,7 @@ TIP_LETTERS = ("b", "t", "tip")
 """Letters that a wrench in the tip frame may carry, besides the name of the tip link."""
 
 
-def arranged(
+def arrange(
     row: Quantity, arrays: tuple[ArrayLike, ...], named: dict[str, ArrayLike], tip: str = "tip"
 ) -> dict[str, ArrayLike]:
     """Inputs by name in the order of the catalogue, optional ones at the end only if given.

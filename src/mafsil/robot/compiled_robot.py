@@ -23,7 +23,7 @@ from mafsil.mechanics.mass_matrix_singularity import MassMatrixSingularity, mass
 from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
 from mafsil.model.moved_matter import joints_that_move_matter
-from mafsil.robot.arguments import arranged, twin_form
+from mafsil.robot.arguments import arrange, twin_form
 from mafsil.robot.degrees import DegreesHint, evaluate_in_degrees, takes_degrees
 from mafsil.robot.description import Description
 from mafsil.robot.motionless import Motionless
@@ -100,7 +100,7 @@ class CompiledRobot(Description, Routines):
             row = quantity(name)
             if frame is not None:
                 self._require_frame(row, frame)
-            self._kernels[key] = compiling.compiled(self.mechanism, name, frame, optional)
+            self._kernels[key] = compiling.compile_quantity(self.mechanism, name, frame, optional)
         return self._kernels[key]
 
     def fused_routine(self, *names: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> FusedRoutine:
@@ -186,7 +186,7 @@ class CompiledRobot(Description, Routines):
             self._degrees_hint(arrays[0])
             return found
         # 2.
-        inputs = arranged(row, arrays, named, self.mechanism.tip)
+        inputs = arrange(row, arrays, named, self.mechanism.tip)
         optional = tuple(name for name in row.optional if name in inputs)
         if frame is not None or optional:
             kernel = self.kernel(row.name, frame, optional)
@@ -223,7 +223,7 @@ class CompiledRobot(Description, Routines):
                 self._general_of_twin, row, own_frame, optional, evaluate, frame=frame, out=out, threads=threads
             )
             return evaluate_in_degrees(self.mechanism, row, again, arrays, named)
-        inputs = arranged(row, arrays, named, self.mechanism.tip)
+        inputs = arrange(row, arrays, named, self.mechanism.tip)
         there = tuple(name for name in row.optional if name in inputs)
         at = own_frame if frame is None else frame
         if (at, there) != (own_frame, optional):
@@ -268,13 +268,13 @@ def _twin_kernel(robot: CompiledRobot, name: str, frame: str | None, optional: t
     row = quantity(name)
     fallback = partial(robot._general_of_twin, row, frame, optional)  # pyright: ignore[reportPrivateUsage]
     recipe = (_twin_kernel, (robot, name, frame, optional))
-    return compiling.compiled(robot.mechanism, name, frame, optional, fallback=fallback, recipe=recipe)
+    return compiling.compile_quantity(robot.mechanism, name, frame, optional, fallback=fallback, recipe=recipe)
 
 
 def _routine_kernel(robot: CompiledRobot, name: str) -> kernels.Kernel:
     """The tip frame's kernel, falling back to all that the robot knows; it pickles with the robot's description."""
     fallback = partial(robot._general, quantity(name))  # pyright: ignore[reportPrivateUsage]
-    return compiling.compiled(robot.mechanism, name, fallback=fallback, recipe=(_routine_kernel, (robot, name)))
+    return compiling.compile_quantity(robot.mechanism, name, fallback=fallback, recipe=(_routine_kernel, (robot, name)))
 
 
 class FusedRoutine(Protocol):

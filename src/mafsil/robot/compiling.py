@@ -25,7 +25,7 @@ BESIDE = (
 """What the files of quantities import for their rows: it shapes no expression."""
 
 
-def compiled(
+def compile_quantity(
     mechanism: Mechanism,
     name: str,
     frame: str | None = None,
@@ -53,7 +53,7 @@ def compiled(
         doc=row.doc(),
         parameters=row.parameters,
         fallback=fallback,
-        recipe=recipe or (compiled, (mechanism, name, frame, optional)),
+        recipe=recipe or (compile_quantity, (mechanism, name, frame, optional)),
     )
 
 

@@ -170,7 +170,7 @@ def evaluate_in_degrees(
 
 
 class DegreesView:
-    """An answer whose joint coordinates go out and in with angles in degrees; all else of it is as it was.
+    """An answer of inverse kinematics whose coordinates, sentences and tables have angles in degrees.
 
     Args:
         answer: with coordinates in radians: under one of the names `JOINTS`, as rows when it is iterated, or in its
@@ -212,7 +212,15 @@ class DegreesView:
         return bool(self._answer)
 
     def __repr__(self) -> str:
-        return repr(self._answer)
+        return str(self._answer.printed(degrees=True))
+
+    def explain(self, *args: Any, **named: Any) -> str:
+        """The sentences of the answer, angles in degrees; arguments as of its own `explain`."""
+        return str(self._answer.explain(*args, **named, degrees=True))
+
+    def violations(self, k: int) -> Any:
+        """The joints that a solution needs beyond their limits, angles in degrees."""
+        return self._answer.violations(k, degrees=True)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data of the answer, coordinates in degrees."""

@@ -207,13 +207,13 @@ class Description:
         """
         return type(self)(self.mechanism.with_payload(mass, com=com, inertia=inertia, link=link))
 
-    def locked(self, coordinates: Mapping[str, float]) -> Self:
-        """The robot with joints locked, such as `robot.locked({"finger": 0.02})`; mimic pairs are locked together.
+    def with_locked_joints(self, coordinates: Mapping[str, float]) -> Self:
+        """The robot with joints locked, such as `robot.with_locked_joints({"finger": 0.02})`; mimic pairs go together.
 
         Args:
             coordinates: coordinate [rad | m] by name of the joint.
         """
-        return type(self)(self.mechanism.locked(coordinates))
+        return type(self)(self.mechanism.with_locked_joints(coordinates))
 
     def without_loops(self) -> Self:
         """The open tree of a robot with loops: whoever wants the tree's numbers asks for them in this way."""

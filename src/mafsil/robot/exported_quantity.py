@@ -9,7 +9,7 @@ from mafsil.mechanics.quantity import INPUT_TEXTS, Quantity
 from mafsil.robot.compiled_robot import CompiledRobot
 
 
-def exported(
+def export_files(
     robot: CompiledRobot,
     name: str,
     to: str,

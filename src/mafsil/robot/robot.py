@@ -114,7 +114,7 @@ class Robot(CompiledRobot, Verbs):
         function: str | None = None,
     ) -> Export:
         """A quantity as C, an object file or PTX, not yet written; arguments as `mafsil.export`."""
-        return exported_quantity.exported(
+        return exported_quantity.export_files(
             self, name, to, frame=frame, optional=optional, target=target, real=real, function=function
         )
 

@@ -71,8 +71,8 @@ def trace_fused(
     mechanism: Mechanism, quantities: Sequence[Quantity], frame: str | None, optional: tuple[str, ...] = ()
 ) -> Function:
     """Several quantities as one function: what they have in common is there once; arguments as in `trace`."""
-    tree = frame_choice.in_chosen_frames(body_tree.lumped(mechanism))
-    light = regrouping.regrouped(tree)
+    tree = frame_choice.in_chosen_frames(body_tree.lump_bodies(mechanism))
+    light = regrouping.regroup(tree)
     ports = joint_signature(mechanism, quantities, optional)
     symbols = {port.name: ex.symbol(port.name, port.size) for port in ports.inputs}
     names = [row.name for row in quantities]

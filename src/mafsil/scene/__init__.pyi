@@ -4,6 +4,6 @@ from mafsil.scene.drawing import Drawing as Drawing
 from mafsil.scene.drawing import Solid as Solid
 from mafsil.scene.drawing import as_data as as_data
 from mafsil.scene.drawing import compact as compact
-from mafsil.scene.drawing import packed as packed
+from mafsil.scene.drawing import pack_floats as pack_floats
 from mafsil.scene.modules import Source as Source
 from mafsil.scene.modules import one_script as one_script

@@ -226,7 +226,7 @@ def as_data(bodies: Iterable[Body]) -> dict[str, Any]:
     return {"surfaces": [_surface(surface) for surface in surfaces], "bodies": [whole(body) for body in found]}
 
 
-def packed(array: Floats) -> str:
+def pack_floats(array: Floats) -> str:
     """Little-endian float32, base64."""
     return _encode(np.ascontiguousarray(array, dtype="<f4"))
 

@@ -14,7 +14,7 @@ from typing import Any
 from mafsil.arrays import Floats, PoseMatrix
 
 
-def embedded(data: Mapping[str, Any]) -> str:
+def embed_json(data: Mapping[str, Any]) -> str:
     """JSON that can stand inside a script element: `<` and `&` never appear."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return (

@@ -10,12 +10,12 @@ from mafsil.simulation.disturbance import WrenchPulse as WrenchPulse
 from mafsil.simulation.elastic_run import ElasticRun as ElasticRun
 from mafsil.simulation.elastic_run import simulate_elastic as simulate_elastic
 from mafsil.simulation.iterative_learning import LearningRun as LearningRun
-from mafsil.simulation.iterative_learning import learn as learn
+from mafsil.simulation.iterative_learning import iterative_learning as iterative_learning
 from mafsil.simulation.iterative_learning import learning_factor as learning_factor
 from mafsil.simulation.live_log import LiveLog as LiveLog
 from mafsil.simulation.loop import simulate as simulate
 from mafsil.simulation.many_runs import MonteCarlo as MonteCarlo
-from mafsil.simulation.many_runs import cluster_of as cluster_of
+from mafsil.simulation.many_runs import cluster_executor as cluster_executor
 from mafsil.simulation.many_runs import monte_carlo as monte_carlo
 from mafsil.simulation.motion import ForwardMotion as ForwardMotion
 from mafsil.simulation.motion import FreeBodyMotion as FreeBodyMotion
@@ -31,7 +31,7 @@ from mafsil.simulation.rigid_plant import RigidPlant as RigidPlant
 from mafsil.simulation.rigid_plant import RigidSurface as RigidSurface
 from mafsil.simulation.scenario import Scenario as Scenario
 from mafsil.simulation.stepping import INTEGRATORS as INTEGRATORS
-from mafsil.simulation.stepping import suitable_integrator as suitable_integrator
+from mafsil.simulation.stepping import choose_integrator as choose_integrator
 from mafsil.simulation.variation import Normal as Normal
 from mafsil.simulation.variation import Uniform as Uniform
 from mafsil.simulation.variation import Variants as Variants

@@ -119,7 +119,7 @@ class RealTime:
                 self._rest(left - AWAKE)
         self._began = self._now()
 
-    def decided(self) -> None:
+    def end_law(self) -> None:
         """The law has returned."""
         spent = self._now() - self._began
         self._sum, self._worst = self._sum + spent, max(self._worst, spent)

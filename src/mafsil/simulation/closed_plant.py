@@ -92,7 +92,7 @@ class ClosedPlant(Plant):
         """
         error = float(self.chain.error(q).max(initial=0.0))
         if error > STARTS_OPEN * self.chain.size:
-            raise InputError("parallel.starts_open", error=error, why=self.chain.closed(q).explain())
+            raise InputError("parallel.starts_open", error=error, why=self.chain.close_loops(q).explain())
 
     def closed_start(self, q: JointVector, qd: JointVector) -> State:
         """Starts (runs, n) with closed loops: the driven joints stay, the others follow.
@@ -103,7 +103,7 @@ class ClosedPlant(Plant):
         Raises:
             InputError: no closed configuration was found for a run; the sentence says which.
         """
-        back = self.chain.closed(q, hold=self.chain.actuated, tries=1)
+        back = self.chain.close_loops(q, hold=self.chain.actuated, tries=1)
         if not back:
             raise InputError("simulation.varied_start", run=int(np.argmin(back.found)), why=back.explain())
         return back.q, self.chain.rates(back.q, qd, hold=self.chain.actuated)
@@ -112,7 +112,9 @@ class ClosedPlant(Plant):
         """Joint accelerations (*batch, n) with closed loops; arguments as for `Plant.acceleration`."""
         return self.chain.forward_dynamics(q, qd, self._applied(q, qd, tau, push, friction=True)).qdd
 
-    def damped(self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None, h: float) -> Floats:
+    def mean_acceleration(
+        self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None, h: float
+    ) -> Floats:
         """Mean acceleration (*batch, n) over a step, friction taken at its end; see `damped_acceleration`.
 
         Args:
@@ -180,10 +182,10 @@ class ClosedStepper(Stepper):
     def acceleration(self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None) -> JointVector:
         """qdd (*batch, n) with which a step begins; with implicit friction, its mean over the step."""
         if self.name == IMPLICIT_FRICTION:
-            return self._closed.damped(q, qd, effort, push, self.step)
+            return self._closed.mean_acceleration(q, qd, effort, push, self.step)
         return self._closed.acceleration(q, qd, effort, push)
 
-    def settled(self, q: JointVector, qd: JointVector) -> State:
+    def settle(self, q: JointVector, qd: JointVector) -> State:
         """The state with closed loops near one that an integrator has left.
 
         Args:
@@ -205,16 +207,16 @@ class ClosedStepper(Stepper):
             q, qd = state
             given = (q, qd, self.effort, h) if push is None else (q, qd, self.effort, h, push)
             here, rate, _, doubt = run(*given)
-            if closed_compiled.trusted(doubt):
+            if closed_compiled.is_certain(doubt):
                 return here, rate
-        return self.settled(*self._free(t, state, h))
+        return self.settle(*self._free(t, state, h))
 
     def _accelerated(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
         return self._closed.acceleration(q, qd, self.effort, self.push)
 
     def _damped(self, t: float, state: State, h: float) -> State:
         q, qd = state
-        qd = qd + h * self._closed.damped(q, qd, self.effort, self.push, h)
+        qd = qd + h * self._closed.mean_acceleration(q, qd, self.effort, self.push, h)
         return q + h * qd, qd
 
 

@@ -17,7 +17,7 @@ from mafsil.control import (
     TaskCoordinates,
     TaskTarget,
     Wall,
-    combined,
+    combine,
     hybrid_control,
     impedance_control,
     task_dynamics,
@@ -125,11 +125,11 @@ def open_a_door(
         hinge, axis, T, stiffness=2e4, damping=200.0, rotational_stiffness=50.0, rotational_damping=1.0, friction=0.5
     )
     taken = Door(T[:3, 3] - (1.0 + wrong) * r * T[:3, 1], axis, T, stiffness=1.0)
-    law = time_law("quintic").unit().stretched(positive("duration", duration))
+    law = time_law("quintic").unit().scale_time(positive("duration", duration))
 
     def tip(t: float) -> TaskTarget:
         s, rate, growth = (float(part[..., 0]) * angle for part in law.at(t))
-        there = taken.opened(s)
+        there = taken.handle_pose(s)
         arm = there[:3, 3] - taken.hinge
         turn = rate * axis
         V = np.concatenate([turn, np.cross(turn, arm)])
@@ -171,7 +171,7 @@ def peg_in_hole(
     )  # fmt: skip
     peg = AtPoints(hole, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -depth / 2.0]]))
     path = line_path(T, _move(T, (0.005 + depth + 0.005) * z))
-    tip = TipMotion(path, time_law("quintic").unit().stretched(positive("duration", duration)))
+    tip = TipMotion(path, time_law("quintic").unit().scale_time(positive("duration", duration)))
     soft = impedance_control(robot, _soft(robot, place), tip, shift_acceleration=True)
     return _scenario(robot, place, peg, soft, duration)
 
@@ -187,7 +187,7 @@ def _board(T: PoseMatrix, friction: float, points: int) -> Wall:
 
 
 def _line(T: PoseMatrix, length: float, duration: float) -> TipMotion:
-    law = time_law("quintic").unit().stretched(positive("duration", duration))
+    law = time_law("quintic").unit().scale_time(positive("duration", duration))
     return TipMotion(line_path(T, _move(T, positive("length", length) * T[:3, 0])), law)
 
 
@@ -209,7 +209,7 @@ def _on_board(
         robot, tip, A, normal_force * A[-1], gains=Gains.from_natural_frequency(6, FREQUENCY),
         sensor=TipForceSensor(robot, board, task), force_ki=FORCE_INTEGRAL,
     )  # fmt: skip
-    law = combined(force, TipDamping(robot, task, (A.T * damping) @ A))
+    law = combine(force, TipDamping(robot, task, (A.T * damping) @ A))
     return _scenario(robot, place, board, law, tip.law.duration)
 
 

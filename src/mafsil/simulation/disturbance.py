@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats, Vector6, as_batch, frozen, number, positive, require_finite, whole
-from mafsil.fields import checked, finite
+from mafsil.fields import check_fields, finite
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class SensorNoise:
     position: Floats | float = 0.0
     velocity: Floats | float = 0.0
     seed: int | tuple[int, ...] = 0
-    __post_init__ = checked(position=finite(0, 1, low=0.0), velocity=finite(0, 1, low=0.0))
+    __post_init__ = check_fields(position=finite(0, 1, low=0.0), velocity=finite(0, 1, low=0.0))
 
     def drawn(self, ticks: int, shape: tuple[int, ...]) -> tuple[Floats, Floats]:
         """Noise of every control tick, (ticks, *shape) for positions and for rates."""

@@ -15,7 +15,7 @@ from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, r
 from mafsil.control.joints import ElasticArm, ElasticLaw, ElasticState
 from mafsil.control.laws import FunctionLaw
 from mafsil.errors import InputError
-from mafsil.simulation.faults import Stopped, decided, law_name
+from mafsil.simulation.faults import Stopped, law_efforts, law_name
 from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.trajectory import Motion, Trajectory
@@ -117,7 +117,7 @@ def simulate_elastic(
     for k in range(count + 1):
         reference = type(wanted)(*(each[k] for each in wanted))
         try:
-            command = decided(_at_motors(session, rows[k]), float(t[k]), rows[k, 0], rows[k, 1], reference, law)
+            command = law_efforts(_at_motors(session, rows[k]), float(t[k]), rows[k, 0], rows[k, 1], reference, law)
         except Stopped as stop:
             status, fault = stop.status, stop.fault
             break

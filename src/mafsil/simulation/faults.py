@@ -36,13 +36,13 @@ class Stopped(InputError):
 
 def law_name(law: object) -> str:
     """What a law is called: its class or function; of one around another one, that of the inner law."""
-    if isinstance(law, control.laws.Around):
+    if isinstance(law, control.laws.LawWrapper):
         return law_name(law.law)
     named = law.function if isinstance(law, control.laws.FunctionLaw) else law
     return str(getattr(named, "__name__", type(named).__name__))
 
 
-def decided(law: Law, t: float, q: JointVector, qd: JointVector, reference: Motion, whole: object) -> JointVector:
+def law_efforts(law: Law, t: float, q: JointVector, qd: JointVector, reference: Motion, whole: object) -> JointVector:
     """The efforts of a law at one tick, real and of the shape of q.
 
     The law may look at the state, which is that of the arm, and not write into it.
@@ -114,7 +114,7 @@ def task_of(law: object) -> TaskCoordinates | None:
     inside: tuple[object, ...] = ()
     if isinstance(law, control.laws.Combined):
         inside = law.laws
-    elif isinstance(law, control.laws.Around):
+    elif isinstance(law, control.laws.LawWrapper):
         inside = (law.law,)
     elif isinstance(law, control.contact.ContactSwitch):
         inside = (law.free,)

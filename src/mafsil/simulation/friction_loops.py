@@ -9,7 +9,7 @@ from mafsil.arrays import Floats
 from mafsil.kernels.loops.loop import compiled
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
-from mafsil.solvers.cholesky_loops import factored, solved
+from mafsil.solvers.cholesky_loops import factor, solve
 
 
 @compiled
@@ -61,9 +61,9 @@ def accelerations_by_secants(
                         a[i] -= pulled * begun  # 2
                         for k in range(i + 1):
                             S[i, k] += h * pulled * gain[j, k]
-            if not factored(S, n):
+            if not factor(S, n):
                 sound[row] = False
                 break
-            solved(S, n, a)
+            solve(S, n, a)
             for i in range(n):
                 after[i] = qd[row, i] + h * a[i]  # 3

@@ -18,7 +18,7 @@ from math import atan2, cos, exp, inf, log, sin, sqrt
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.simulation.point_contact import aligned, tangents
+from mafsil.simulation.point_contact import aligned_directions, tangents
 from mafsil.simulation.tolerances import END_OF_SLIDING, PARALLEL
 from mafsil.solvers import Event, Tolerance, integrate_adaptively, pair
 
@@ -84,7 +84,7 @@ class _Impact:
         if T.shape[1] == 0:
             return np.asarray(self.G @ self.n)
         hold = -np.linalg.solve(T.T @ self.G @ T, T.T @ self.G @ self.n)
-        driven = aligned(T, lambda d: (self.n - self.friction * d) @ self.G)
+        driven = aligned_directions(T, lambda d: (self.n - self.friction * d) @ self.G)
         if float(np.linalg.norm(hold)) <= self.friction or not driven:
             return np.asarray(self.G @ (self.n + T @ hold))
         return np.asarray(self.G @ (self.n - self.friction * driven[0]))

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.control import saturated
+from mafsil.control import saturate
 from mafsil.control.laws.feedback import Integral, integrals_of
 from mafsil.errors import InputError
 from mafsil.simulation.closed_plant import LoopsLost
 from mafsil.simulation.fused import FusedLoop
 from mafsil.simulation.recording import SimulationStatus
-from mafsil.simulation.run import Progress, Run, aligned
+from mafsil.simulation.run import Progress, Run, align_reference
 from mafsil.trajectory import Motion
 
 if TYPE_CHECKING:
@@ -40,7 +40,9 @@ class FusedRun(Run):
         shape, n, ticks = self.start[0].shape, self.scenario.robot.n, len(self.t)
         reference = np.stack(np.broadcast_arrays(*self.reference), axis=-2)
         if reference.ndim > 3:
-            reference = np.broadcast_to(aligned(reference, np.empty((0, *shape, 0))), (ticks, *shape[:-1], 3, n))
+            reference = np.broadcast_to(
+                align_reference(reference, np.empty((0, *shape, 0))), (ticks, *shape[:-1], 3, n)
+            )
         push = self._pushes(slice(ticks))
         noise = None if self.noise is None else np.stack(self.noise, axis=-2).reshape(ticks, -1, 2, n)
         self.loop = FusedLoop(
@@ -134,7 +136,7 @@ class FusedRun(Run):
             kept, loop = slice(0, max(run.done, run.tick)), self.loop
             q, qd, tau = run.q[kept], run.qd[kept], run.tau[kept]
             distance, angle = Run.tip_errors(
-                self, kept, q, np.broadcast_to(aligned(self.reference.u[kept], q), q.shape)
+                self, kept, q, np.broadcast_to(align_reference(self.reference.u[kept], q), q.shape)
             )
             loop.tip_errors[kept] = np.stack([distance, angle], axis=-1).reshape(loop.tip_errors[kept].shape)
             loop.acceleration[kept] = Run._accelerations(self, kept, q, qd, tau).reshape(loop.acceleration[kept].shape)
@@ -148,11 +150,11 @@ class FusedRun(Run):
         self.tick = k
         scenario, loop, shape = self.scenario, self.loop, self.start[0].shape
         stepper, h, flat = self.stepper, scenario.step, loop.effort[k].shape
-        q, qd = stepper.settled(*(loop.states[k, :, part].reshape(shape) for part in (0, 1)))
+        q, qd = stepper.settle(*(loop.states[k, :, part].reshape(shape) for part in (0, 1)))
         law = scenario.acting_law.session(scenario.control_period)
         command = self._command(law, k, float(self.t[k]), q, qd, Motion(*(part[k] for part in self.reference)))
         self._require_finite(float(self.t[k]), command)
-        effort = saturated(command, scenario.robot.limits.effort) if scenario.saturate else command
+        effort = saturate(command, scenario.robot.limits.effort) if scenario.saturate else command
         stepper.effort, stepper.push = effort, self.pushes[k]
         acceleration = stepper.acceleration(q, qd, effort, stepper.push)
         loop.command[k], loop.effort[k], loop.acceleration[k] = (

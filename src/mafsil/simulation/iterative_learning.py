@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, real_array, require_kind, whole
-from mafsil.control import Gains, combined
+from mafsil.control import Gains, combine
 from mafsil.control.joints import LearnedEffort
 from mafsil.errors import InputError
 from mafsil.messages.tables import number, table
@@ -81,7 +81,7 @@ class LearningRun(Answer, data="error effort period", entries="passes"):
         )
 
 
-def learn(scenario: Scenario, passes: int = 8, *, gain: float = 1.0, cutoff: float = 20.0) -> LearningRun:
+def iterative_learning(scenario: Scenario, passes: int = 8, *, gain: float = 1.0, cutoff: float = 20.0) -> LearningRun:
     """Run a scenario several times, what its feedback had to add becoming feedforward of the next pass.
 
     1. A pass with the law and what was learned.
@@ -108,7 +108,7 @@ def learn(scenario: Scenario, passes: int = 8, *, gain: float = 1.0, cutoff: flo
     errors = list[Floats]()
     for _ in range(count):
         # 1
-        law = scenario.law if learned is None else combined(scenario.law, LearnedEffort(period, learned))
+        law = scenario.law if learned is None else combine(scenario.law, LearnedEffort(period, learned))
         run = simulate(replace(scenario, law=law))
         if run.status is SimulationStatus.INTERRUPTED:
             raise KeyboardInterrupt
@@ -159,7 +159,7 @@ def learning_factor(gains: Gains, *, gain: float = 1.0, cutoff: float = 20.0) ->
 
     Args:
         gains: of the feedback, in units of acceleration.
-        gain, cutoff: as for `learn`.
+        gain, cutoff: as for `iterative_learning`.
     """
     require_kind("gains", gains, "Gains", "kp", "kd", "ki")
     w = np.geomspace(1e-3, 1e5, FREQUENCIES)[:, None]

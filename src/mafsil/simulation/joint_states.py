@@ -13,7 +13,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
-from mafsil.regular_file import opened
+from mafsil.regular_file import open_regular
 from mafsil.simulation.live_log import require_mcap
 
 SCHEMA = "sensor_msgs/msg/JointState"
@@ -51,7 +51,7 @@ def joint_states(path: Path, joints: tuple[str, ...]) -> JointStates:
 
     rows = list[tuple[float, list[float], list[float]]]()
     try:
-        with opened(path) as file:
+        with open_regular(path) as file:
             for schema, channel, message in make_reader(file).iter_messages():
                 if schema is None or schema.name != SCHEMA or channel.message_encoding != "cdr":
                     continue

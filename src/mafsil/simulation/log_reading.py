@@ -15,7 +15,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
-from mafsil.regular_file import opened
+from mafsil.regular_file import open_regular
 from mafsil.simulation.live_log import BEGINS, CHECKSUM, ENDS, SHAPES, TOPIC, TickBytes, checksum, require_mcap
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def _records(path: Path) -> Iterator[McapRecord]:
     from mcap.exceptions import InvalidMagic, McapError
     from mcap.stream_reader import StreamReader
 
-    with opened(path) as file:
+    with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         try:
             stream = cast("BinaryIO", _Until(file, size))

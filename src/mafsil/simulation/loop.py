@@ -102,9 +102,9 @@ def simulate(
         try:
             status = run.to_the_end(progress)
         except Stopped as stop:
-            status = run.stopped(stop.status, stop.fault)
+            status = run.stop(stop.status, stop.fault)
         except KeyboardInterrupt:
-            status = run.stopped(SimulationStatus.INTERRUPTED)
+            status = run.stop(SimulationStatus.INTERRUPTED)
         recording = run.recording(status, perf_counter() - began)
         if isinstance(run, varied_run.VariedRun | varied_run.VariedFusedRun):
             recording = with_ends(recording, run)

@@ -26,7 +26,7 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.simulation.chunk_runs import Outcomes, chunk_outcomes, chunk_size, recorded_alone
-from mafsil.simulation.recording import Recording, SimulationStatus, joined
+from mafsil.simulation.recording import Recording, SimulationStatus, join_recordings
 from mafsil.simulation.run import Progress
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.variation import Variants, Variation, drawn, drawn_name
@@ -138,7 +138,7 @@ class MonteCarlo(Answer, data="seed bound share_within influence"):
             parts.append(only)
             if sum(part.duration for part in parts) > self.outcomes.end[k] + INSTANT:
                 break
-        tape = joined(parts)
+        tape = join_recordings(parts)
         if self.outcomes.finished[k]:
             return tape
         status = SimulationStatus.LOOPS_LOST if self.outcomes.lost[k] else SimulationStatus.BLOWN_UP
@@ -327,7 +327,7 @@ MOST_WORKERS = 1024
 
 
 @contextmanager
-def cluster_of(where: str | None) -> Generator[Executor | None]:
+def cluster_executor(where: str | None) -> Generator[Executor | None]:
     """An executor for `monte_carlo`, closed at the end; None for this process.
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.messages.tables import number, table
+from mafsil.messages.tables import joint_units, number, table
 
 
 def joint_table(title: str, names: Sequence[str], q: Floats, peaks: dict[str, Floats]) -> str:
@@ -26,8 +26,9 @@ def joint_table(title: str, names: Sequence[str], q: Floats, peaks: dict[str, Fl
     columns = [_largest(q[0].reshape(-1, n)), _largest(q[-1].reshape(-1, n))]
     columns += [np.abs(values).reshape(-1, n).max(axis=0) for values in peaks.values()]
     rows = [[name, *(number(float(x)) for x in row)] for name, *row in zip(names, *columns, strict=True)]
-    head = [say(f"simulation.column_{name}") for name in ("joint", "start", "end", *peaks)]
-    return "\n".join([title, *table(head, rows)])
+    names = ("joint", "start", "end", *peaks)
+    head = [say(f"simulation.column_{name}") for name in names]
+    return "\n".join([title, *table(head, rows, units=joint_units(names))])
 
 
 def _largest(values: Floats) -> Floats:

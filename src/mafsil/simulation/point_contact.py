@@ -150,7 +150,7 @@ class PointContact:
         slack = margin + ON_THE_CONE * float(np.linalg.norm(force))
         return Touch(tuple(active), True, np.zeros_like(drift), force, np.zeros(0), slack)
 
-    def solved(self, drift: Floats, bends: Floats, along: Floats | None) -> Touch:
+    def solve(self, drift: Floats, bends: Floats, along: Floats | None) -> Touch:
         """What the surfaces do to the point.
 
         Args:
@@ -247,10 +247,10 @@ class PointContact:
                 f = np.where(share > 0.0, need / share, np.nan)
             return before + drift + f[:, None] * (push @ self.G)
 
-        return aligned(tangents(n), acceleration)
+        return aligned_directions(tangents(n), acceleration)
 
 
-def aligned(T: Floats, rate: Callable[[Floats], Floats]) -> list[Floats]:
+def aligned_directions(T: Floats, rate: Callable[[Floats], Floats]) -> list[Floats]:
     """Unit directions d (r,) of a tangent plane along which a rate points that depends on them.
 
     Args:

@@ -346,7 +346,7 @@ def _from_log(path: Path) -> Recording:
     duration = runs[0].metadata.get("log_duration")
     if duration is None and len(runs) > 1:
         raise FileError("simulation.several_runs", path=str(path), count=len(runs))
-    whole = joined([_of_logged(run, path) for run in runs])
+    whole = join_recordings([_of_logged(run, path) for run in runs])
     if duration is None:
         return whole
     # Between two of its runs a log may end, too.
@@ -355,7 +355,7 @@ def _from_log(path: Path) -> Recording:
     return replace(whole, status=status, metadata=whole.metadata | {"end": duration})
 
 
-def joined(recordings: Sequence[Recording]) -> Recording:
+def join_recordings(recordings: Sequence[Recording]) -> Recording:
     """One recording of runs that follow each other: each last tick is the first one of what follows.
 
     Args:

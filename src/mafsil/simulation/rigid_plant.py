@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, Vector3, as_batch, not_negative, positive, require_kind, single
 from mafsil.control.contact.shaped_environment import round_normal, round_normal_rate
 from mafsil.errors import InputError
-from mafsil.fields import between, checked
+from mafsil.fields import between, check_fields
 from mafsil.model.loading import as_mechanism
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.stepping import IMPLICIT_FRICTION
@@ -149,7 +149,7 @@ class RigidSurface:
     axis: Vector3 | None = None
     hollow: bool = False
     friction: float = 0.0
-    _numbers = checked(restitution=between(0.0, 1.0), friction=not_negative)
+    _numbers = check_fields(restitution=between(0.0, 1.0), friction=not_negative)
 
     def __post_init__(self) -> None:
         if (self.normal is None) == (self.radius is None):

@@ -168,7 +168,7 @@ class RigidStepper(Stepper):
         state = motion(t, state, first.share * h)
         if first.hit >= 0:
             return first.share * h, self._struck(t + first.share * h, state, first.hit)
-        return first.share * h, self._surfaces.stopped(state) if first.stops else state
+        return first.share * h, self._surfaces.rest_state(state) if first.stops else state
 
     def _mode(self, t: float, tip: TipState, state: State, h: float) -> tuple[Mode, float]:
         """How the tip goes on, with the events that this is, and for how long at most."""
@@ -177,7 +177,7 @@ class RigidStepper(Stepper):
         if near:
             held = tuple(j for j in self.touching if j in near)
             found = self._surfaces.chosen(tip, state, self.effort, self.push, near, held)
-            mode, h = self._surfaces.paced(near, found, tip, h)
+            mode, h = self._surfaces.choose_mode(near, found, tip, h)
         for j in mode.active:
             if j not in self.touching:
                 self.events.rest(t, surface=j)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.control import saturated
+from mafsil.control import saturate
 from mafsil.control.contact import tip_wrench_of
 from mafsil.control.contact.tip_sensor import pushed_by
 from mafsil.control.laws import LawMemory
@@ -18,7 +18,7 @@ from mafsil.kernels.lazy import lazy
 from mafsil.simulation.clock import RealTime
 from mafsil.simulation.closed_plant import LoopsLost, stepper_of
 from mafsil.simulation.disturbance import push_at
-from mafsil.simulation.faults import decided, law_name, require_efforts, require_measured, task_of
+from mafsil.simulation.faults import law_efforts, law_name, require_efforts, require_measured, task_of
 from mafsil.simulation.live_log import LiveLog
 from mafsil.simulation.point_contact import NoContactForce
 from mafsil.simulation.recording import Recording, SimulationStatus
@@ -101,10 +101,10 @@ class Run:
             self.tick = k
             command = self._command(law, k, t, q, qd, references[k])
             if clock is not None:
-                clock.decided()
+                clock.end_law()
             self._require_finite(t, command)
             command = self._acting(k, command)
-            effort = command if limit is None else saturated(command, limit)
+            effort = command if limit is None else saturate(command, limit)
             self.q[k], self.qd[k], self.commanded[k], self.tau[k] = q, qd, command, effort
             if log is not None and log.is_due():
                 self._keep(log, k)
@@ -119,7 +119,7 @@ class Run:
             except LoopsLost as lost:
                 return self._lost(k, lost)
             except NoContactForce as none:
-                return self.stopped(SimulationStatus.NO_CONTACT_FORCE, none.message())
+                return self.stop(SimulationStatus.NO_CONTACT_FORCE, none.message())
             except InputError:
                 # Single calls refuse NaN; in batches it shows in the rates below.
                 qd = np.full_like(qd, np.nan)
@@ -136,14 +136,14 @@ class Run:
             q, qd = q + self.noise[0][k], qd + self.noise[1][k]
             require_measured(t, q, qd, self.scenario.robot.joint_names, whole)
         if not self.pushed:
-            return decided(law, t, q, qd, reference, whole)
+            return law_efforts(law, t, q, qd, reference, whole)
         with pushed_by(lambda: self.pushes[k]):
-            return decided(law, t, q, qd, reference, whole)
+            return law_efforts(law, t, q, qd, reference, whole)
 
     def _require_finite(self, t: float, command: JointVector) -> None:
         require_efforts(t, command, self.scenario.law)
 
-    def stopped(self, status: SimulationStatus, fault: str = "") -> SimulationStatus:
+    def stop(self, status: SimulationStatus, fault: str = "") -> SimulationStatus:
         """Keep the ticks before the present one.
 
         Args:
@@ -203,7 +203,7 @@ class Run:
         """The arrays of a recording, by name, for the ticks first .. last - 1."""
         kept = slice(first, last)
         q, qd, tau = self.q[kept], self.qd[kept], self.tau[kept]
-        u, v, a = (np.broadcast_to(aligned(part[kept], q), q.shape) for part in self.reference)
+        u, v, a = (np.broadcast_to(align_reference(part[kept], q), q.shape) for part in self.reference)
         distance, angle = self.tip_errors(kept, q, u)
         contact = self._contact(kept, q, qd, tau)
         return {
@@ -283,7 +283,7 @@ class Run:
         }
 
 
-def aligned(part: Floats, q: Floats) -> Floats:
+def align_reference(part: Floats, q: Floats) -> Floats:
     """A reference (k, n) for a batch of states (k, *batch, n).
 
     Args:

@@ -23,12 +23,12 @@ from mafsil.control.contact import (
 )
 from mafsil.control.laws import (
     AdaptiveControl,
-    Around,
     ClosedComputedTorque,
     ClosedGravityCompensation,
     Combined,
     ComputedTorque,
     JointFeedback,
+    LawWrapper,
     LinearQuadratic,
     ModelPredictive,
     NullSpaceFeedback,
@@ -56,9 +56,9 @@ def with_scaled_gains(law: Law, factors: Floats) -> Law:
     """
     # 1
     if all(type(part) in SIDE_BY_SIDE or type(part) not in SCALED for part in parts_of(law)):
-        return scaled(law, factors[:, None])
+        return scale_gains(law, factors[:, None])
     # 2
-    return RowLaws(tuple(scaled(law, np.array(factor)) for factor in factors.tolist()))
+    return RowLaws(tuple(scale_gains(law, np.array(factor)) for factor in factors.tolist()))
 
 
 def in_rows(law: Law, count: int) -> Law:
@@ -82,7 +82,7 @@ def parts_of(law: Law) -> Iterator[Law]:
     inside: tuple[Law, ...] = ()
     if isinstance(law, Combined):
         inside = law.laws
-    elif isinstance(law, Around):
+    elif isinstance(law, LawWrapper):
         inside = (law.law,)
     elif isinstance(law, ContactSwitch):
         inside = (law.free, law.touching)
@@ -119,7 +119,7 @@ class RowLaws:
             take_over(law, earlier)
 
 
-def scaled(law: Law, factor: Floats) -> Law:
+def scale_gains(law: Law, factor: Floats) -> Law:
     """A law with all its gains times a factor.
 
     Args:
@@ -129,12 +129,12 @@ def scaled(law: Law, factor: Floats) -> Law:
     Raises:
         InputError: a law without gains that are known here.
     """
-    if isinstance(law, Around):
-        return replace(law, law=scaled(law.law, factor))
+    if isinstance(law, LawWrapper):
+        return replace(law, law=scale_gains(law.law, factor))
     if isinstance(law, ContactSwitch):
-        return replace(law, free=scaled(law.free, factor), touching=scaled(law.touching, factor))
+        return replace(law, free=scale_gains(law.free, factor), touching=scale_gains(law.touching, factor))
     if isinstance(law, Combined) and any(type(part) in SCALED for part in parts_of(law)):
-        return Combined(tuple(scaled(part, factor) if _has_gains(part) else part for part in law.laws))
+        return Combined(tuple(scale_gains(part, factor) if _has_gains(part) else part for part in law.laws))
     if type(law) not in SCALED:
         raise InputError("simulation.no_gains", law=type(law).__name__)
     return SCALED[type(law)](law, factor)

@@ -55,7 +55,7 @@ def friction_stiffness(plant: Plant, q: JointVector) -> float:
     return float(np.linalg.eigvalsh((scaled + np.swapaxes(scaled, -1, -2)) / 2.0)[:, -1].max(initial=0.0))
 
 
-def suitable_integrator(plant: Plant, q: JointVector, step: float, preferred: str = DEFAULT) -> str:
+def choose_integrator(plant: Plant, q: JointVector, step: float, preferred: str = DEFAULT) -> str:
     """The preferred method, or the one with implicit friction if friction is too stiff for the step.
 
     Args:
@@ -110,7 +110,7 @@ class Stepper:
             return damped_acceleration(self.plant, q, qd, effort, push, self.step)
         return self.plant.acceleration(q, qd, effort, push)
 
-    def settled(self, q: JointVector, qd: JointVector) -> State:
+    def settle(self, q: JointVector, qd: JointVector) -> State:
         """The state that a step begins with: of a tree the one that the step before left.
 
         Args:

@@ -15,7 +15,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.messages import say
-from mafsil.regular_file import opened, reason
+from mafsil.regular_file import open_regular, reason
 
 KINEMATIC = "kinematic"
 """The plant of runs without forces."""
@@ -55,7 +55,7 @@ def read(path: Path, names: Iterable[str], optional: Collection[str]) -> tuple[d
             than such a file holds: before it is unpacked.
     """
     try:
-        with opened(path) as file:
+        with open_regular(path) as file:
             _require_bounded(file)
             file.seek(0)
             with np.load(file, allow_pickle=False) as stored:

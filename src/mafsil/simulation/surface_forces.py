@@ -129,7 +129,7 @@ class SurfaceForces:
                 known = contact.sticking(every, drift) if stands else contact.sliding(before, along, drift, bends)
                 if known is not None and contact.holds(known, drift, bends):
                     return known
-            return contact.solved(drift, bends, along)
+            return contact.solve(drift, bends, along)
 
         return self._dynamics(tip, state, effort, push, members, decide)
 
@@ -166,7 +166,7 @@ class SurfaceForces:
 
         return self._dynamics(tip, state, effort, push, members, decide)
 
-    def paced(self, near: tuple[int, ...], found: Forces, tip: TipState, h: float) -> tuple[Mode, float]:
+    def choose_mode(self, near: tuple[int, ...], found: Forces, tip: TipState, h: float) -> tuple[Mode, float]:
         """The mode of a tip, and how long a piece of it may be for its direction of sliding.
 
         1. Without contact, sticking or without friction: as long as wanted.
@@ -213,7 +213,7 @@ class SurfaceForces:
         """
         return np.asarray(np.linalg.solve(self.plant.robot.mass_matrix(q), tip.J.T), dtype=np.float64)
 
-    def stopped(self, state: State) -> State:
+    def rest_state(self, state: State) -> State:
         """The state whose tip, which hardly moves, is at rest.
 
         Args:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, not_negative, number, real_array
 from mafsil.errors import InputError
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.mechanics.inertial_parameters import inertial_parameters
 from mafsil.mechanics.tree_plant import body_parameters, friction_rows
 from mafsil.messages import say
@@ -27,7 +27,7 @@ class Uniform:
 
     low: float
     high: float
-    __post_init__ = checked(low=number, high=number)
+    __post_init__ = check_fields(low=number, high=number)
 
     def value(self, uniform: Floats, normal: Floats) -> Floats:
         """Values from draws of both kinds."""
@@ -40,7 +40,7 @@ class Normal:
 
     mean: float
     deviation: float
-    __post_init__ = checked(mean=number, deviation=not_negative)
+    __post_init__ = check_fields(mean=number, deviation=not_negative)
 
     def value(self, uniform: Floats, normal: Floats) -> Floats:
         """Values from draws of both kinds."""

@@ -55,9 +55,9 @@ class VariedStepper(Stepper):
     def _moved(self, t: float, state: State, h: float) -> State:
         q, qd = state
         after = self._results(q, qd, self.effort, self.push, h)["next_state"]
-        return self.settled(after[..., 0, :], after[..., 1, :])
+        return self.settle(after[..., 0, :], after[..., 1, :])
 
-    def settled(self, q: JointVector, qd: JointVector) -> State:
+    def settle(self, q: JointVector, qd: JointVector) -> State:
         """The state that a step begins with: of closed chains the nearest with closed loops, by each plant's inertia.
 
         Args:

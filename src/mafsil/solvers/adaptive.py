@@ -135,7 +135,7 @@ def integrate_adaptively(
         if status is not IntegrationStatus.COMPLETED:
             break
     details = {"time": run.t, "end": interval[1], "events": len(run.builder.crossings)}
-    return Outcome(run.builder.finished(), status, run.error, run.tried, details=details)
+    return Outcome(run.builder.finish(), status, run.error, run.tried, details=details)
 
 
 class _Adaptive:

@@ -14,7 +14,7 @@ from mafsil.kernels.loops.loop import compiled, reordered
 
 
 @reordered
-def factored(S: Floats, m: int) -> bool:
+def factor(S: Floats, m: int) -> bool:
     """S = L L' in place, row by row: whether it is positive definite.
 
     Args:
@@ -36,7 +36,7 @@ def factored(S: Floats, m: int) -> bool:
 
 
 @compiled
-def solved(L: Floats, m: int, b: Floats) -> None:
+def solve(L: Floats, m: int, b: Floats) -> None:
     """L L' x = b, x in place of b.
 
     Args:
@@ -56,7 +56,7 @@ def solved(L: Floats, m: int, b: Floats) -> None:
 
 
 @compiled
-def appended(L: Floats, m: int, row: Floats) -> bool:
+def append_row(L: Floats, m: int, row: Floats) -> bool:
     """One more row and column: L of m + 1 from L of m; whether it is still positive definite.
 
     Args:
@@ -79,7 +79,7 @@ def appended(L: Floats, m: int, row: Floats) -> bool:
 
 
 @compiled
-def dropped(L: Floats, m: int, gone: int, column: Floats) -> None:
+def drop_row(L: Floats, m: int, gone: int, column: Floats) -> None:
     """Without one row and column: what it had below the diagonal goes into the rest by a rank-one update.
 
     Args:

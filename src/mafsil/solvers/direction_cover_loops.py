@@ -14,7 +14,7 @@ so with w_ = sum l_p w_p and any 0 <= s <= 1, where the w_p reach a positive hei
 and if V' (Y - b^2 I) V is a nonnegative plus a positive semidefinite matrix, the cone is proven (second order): kinks
 and curvature are exact to second order, so that minima in the middle of a cone can be proven too.
 
-The search is branch and bound (`covered`): orthants wait on a stack; a cone is proven by cutting planes (`examine`),
+Branch and bound (`prove_cover`): orthants wait on a stack, a cone is proved by cutting planes (`examine`),
 whose multipliers come from a matrix game (`game`), to first or second order (`second_order`), or is halved (`halve`).
 """
 
@@ -30,7 +30,7 @@ from mafsil.solvers.disc_loops import dot
 from mafsil.solvers.tolerances import SMALLEST, STILL, TINY, WALL
 
 PROVEN, LOWER, SPENT = 0, 1, 2
-"""How `covered` ended: every direction proven; a direction found that reaches less far; too many cones."""
+"""How `prove_cover` ended: every direction proven; a direction found that reaches less far; too many cones."""
 CUTS = 3
 """Rounds of cutting planes for one cone at most."""
 MOST = 96
@@ -359,7 +359,7 @@ def elsewhere(V: Floats, walls: Floats) -> bool:
 
 
 @compiled
-def covered(
+def prove_cover(
     D: Floats, b: float, walls: Floats, stack: Floats, waiting: int, budget: int, lowest: Floats
 ) -> tuple[int, float, int, int]:
     """Prove h(u) >= b |u| in the cones that wait.
@@ -404,7 +404,7 @@ def covered(
 
 
 @compiled
-def around(u: Floats, width: float, V: Floats) -> None:
+def cone_about(u: Floats, width: float, V: Floats) -> None:
     """A cone about a unit vector u, to rows of V: the simplex square to the diagonal, mirrored to be square to u.
 
     Its vertices are a width away from u, on the other side where the width is negative.
@@ -445,7 +445,7 @@ def descend(D: Floats, u: Floats, width: float, narrowest: float) -> float:
     for _ in range(MANY):
         if width < narrowest:
             break
-        around(u, turn * width, V)  # 2
+        cone_about(u, turn * width, V)  # 2
         examine(D, V, 0.0, DEEP, False, proof)
         size = np.sqrt(dot(proof.u, proof.u))
         for c in range(m):

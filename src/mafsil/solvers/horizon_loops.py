@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.kernels.loops.loop import compiled, reordered
-from mafsil.solvers.cholesky_loops import appended, dropped, factored, solved
+from mafsil.solvers.cholesky_loops import append_row, drop_row, factor, solve
 
 BLOCKS = 6
 """Rounds in which all that is wrong changes at once."""
@@ -159,9 +159,9 @@ def in_blocks(
                     b[m] = free[k, a] - side[k, a] * bound[a]
                     m += 1
         system(K, M, held, m, S)
-        if not factored(S, m):
+        if not factor(S, m):
             return False
-        largest = settled(K, M, free, bound, out, side, held, m, S, b, multipliers, pulls)
+        largest = refine_multipliers(K, M, free, bound, out, side, held, m, S, b, multipliers, pulls)
         changed = False
         for k in range(N):  # 3
             for a in range(n):
@@ -173,7 +173,7 @@ def in_blocks(
                     side[k, a] = 0
                     changed = True
         if not changed:
-            pinned(bound, side, out)
+            pin_to_bounds(bound, side, out)
             return True
     return False
 
@@ -208,14 +208,14 @@ def one_by_one(
                 held[m, 0], held[m, 1] = k, a
                 m += 1
     system(K, M, held, m, S)
-    if not factored(S, m):  # 1
+    if not factor(S, m):  # 1
         return False
     for _ in range(STEPS * most):
         largest, share, gone = 0.0, 1.0, -1
         for i in range(m):
             k, a = held[i, 0], held[i, 1]
             b[i] = free[k, a] - side[k, a] * bound[a]
-        solved(S, m, b)
+        solve(S, m, b)
         for i in range(m):
             largest = max(largest, abs(b[i]))
         for i in range(m):  # 2
@@ -231,7 +231,7 @@ def one_by_one(
         if gone >= 0:
             multipliers[held[gone, 0], held[gone, 1]] = 0.0
             side[held[gone, 0], held[gone, 1]] = 0
-            dropped(S, m, gone, row)
+            drop_row(S, m, gone, row)
             for i in range(gone, m - 1):
                 held[i, 0], held[i, 1] = held[i + 1, 0], held[i + 1, 1]
             m -= 1
@@ -247,22 +247,22 @@ def one_by_one(
             for i in range(m):
                 k, a = held[i, 0], held[i, 1]
                 b[i] = out[k, a] - side[k, a] * bound[a]
-            settled(K, M, free, bound, out, side, held, m, S, b, multipliers, pulls)
-            pinned(bound, side, out)
+            refine_multipliers(K, M, free, bound, out, side, held, m, S, b, multipliers, pulls)
+            pin_to_bounds(bound, side, out)
             return True
         k, a = worst // n, worst % n
         side[k, a] = 1 if out[k, a] > 0.0 else -1
         held[m, 0], held[m, 1] = k, a
         for i in range(m + 1):
             row[i] = given_way(K, M, k, a, held[i, 0], held[i, 1])
-        if not appended(S, m, row):
+        if not append_row(S, m, row):
             return False
         m += 1
     return False
 
 
 @compiled
-def settled(
+def refine_multipliers(
     K: Floats, M: Floats, free: Floats, bound: Floats, out: Floats, side: NDArray[np.int64],
     held: NDArray[np.int64], m: int, L: Floats, b: Floats, multipliers: Floats, pulls: Floats,
 ) -> float:  # fmt: skip
@@ -278,7 +278,7 @@ def settled(
         The largest multiplier.
     """
     for _ in range(2):
-        solved(L, m, b)
+        solve(L, m, b)
         for i in range(m):
             multipliers[held[i, 0], held[i, 1]] += b[i]
         efforts_of(K, M, free, multipliers, pulls, out)
@@ -292,7 +292,7 @@ def settled(
 
 
 @compiled
-def pinned(bound: Floats, side: NDArray[np.int64], out: Floats) -> None:
+def pin_to_bounds(bound: Floats, side: NDArray[np.int64], out: Floats) -> None:
     """What is held lies on its bound, what is free within, to the last bit.
 
     Args:
@@ -331,7 +331,7 @@ def first_efforts(
     n, N = K.shape[:2]
     w, free, out = np.empty((N, n)), np.empty((N, n)), np.empty((N, n))
     for r in range(len(known)):
-        if not planned(K, slope, M[r], known[r], errors[r], rates[r], bound, w, free, out):
+        if not plan_efforts(K, slope, M[r], known[r], errors[r], rates[r], bound, w, free, out):
             return r
         for a in range(n):
             effort[r, a] = out[0, a]
@@ -339,7 +339,7 @@ def first_efforts(
 
 
 @compiled
-def planned(
+def plan_efforts(
     K: Floats, slope: Floats, M: Floats, known: Floats, errors: Floats, rates: Floats, bound: Floats, w: Floats,
     free: Floats, out: Floats,
 ) -> bool:  # fmt: skip

@@ -39,7 +39,7 @@ TABLE = 1 << 14
 MIX = 0x1E3779B97F4A7C15
 """Odd factor that spreads keys over the table."""
 CONVERGED, FULL, FLAT, BROKEN = 0, 1, 2, 3
-"""How `inscribed` ended: bounds met; buffers or vertices spent; set is flat; rounding spoilt the polytope."""
+"""How `inscribed_ball` ended: bounds met; buffers or vertices spent; set is flat; rounding spoilt the polytope."""
 
 
 @compiled
@@ -377,7 +377,7 @@ def add(dimension: Dimension, P: Polytope, R: Ridges, f: int, corner: int, facet
 
 
 @compiled
-def inscribed(
+def inscribed_ball(
     dimension: Dimension,
     D: Floats,
     together: bool,

@@ -128,7 +128,7 @@ class SolutionBuilder:
         self.start.append(start)
         self.polynomial.append(polynomial)
 
-    def finished(self) -> Solution:
+    def finish(self) -> Solution:
         """The collected steps as one value."""
         empty = np.zeros((0, *self.y[0].shape))
         return Solution(

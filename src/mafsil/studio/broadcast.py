@@ -45,7 +45,7 @@ class Broadcast:
             if len(self._windows) >= MOST_WINDOWS or self._closed:
                 raise Full
             window: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
-            window.put(encoded(self._everything()))
+            window.put(encode(self._everything()))
             self._windows.append(window)
             self.send({"kind": "windows", "count": len(self._windows)})
             return window
@@ -59,7 +59,7 @@ class Broadcast:
 
     def send(self, message: Mapping[str, Any]) -> None:
         """Tell all windows."""
-        text = encoded(message)
+        text = encode(message)
         with self.lock:
             for window in list(self._windows):
                 if window.qsize() >= MOST_WAITING:
@@ -77,6 +77,6 @@ class Broadcast:
             self._windows.clear()
 
 
-def encoded(message: Mapping[str, Any]) -> bytes:
+def encode(message: Mapping[str, Any]) -> bytes:
     """JSON on one line."""
     return json.dumps(message, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()

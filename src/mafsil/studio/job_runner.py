@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.errors import FileError, InputError, MafsilError
-from mafsil.job import Job, Refusal, Run, parse, solve
-from mafsil.job.equipment import equipped
+from mafsil.job import Job, Refusal, Run, parse_job, solve
+from mafsil.job.equipment import equip_robot
 from mafsil.job.lines import Places
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -143,7 +143,7 @@ class JobRunner:
             self._tell(status="wrong", code="cli.internal", line=None, sentence=failure)
 
     def _solve(self, text: str) -> Run | Refusal:
-        return solve(parse(text, self._source, folder=self._folder), text, self._folder, self, self._source)
+        return solve(parse_job(text, self._source, folder=self._folder), text, self._folder, self, self._source)
 
     @property
     def _folder(self) -> Path:
@@ -181,8 +181,8 @@ class JobRunner:
     def _job(self, text: str, window: str) -> Mapping[str, Any]:
         job: dict[str, Any] = {"kind": "job", "text": text, "window": window, "file": self._path is not None}
         try:
-            asked = parse(text, self._source, folder=self._folder)
-            scene = waiting_scene(asked, equipped(asked, self._folder), self._folder, text)
+            asked = parse_job(text, self._source, folder=self._folder)
+            scene = waiting_scene(asked, equip_robot(asked, self._folder), self._folder, text)
             if scene.q.shape[1] == self._robot.n:
                 job |= {"title": visible(asked.title), "start": scene.q[0].tolist(), "around": around_data(scene)}
                 job["lines"] = _lines_of_targets(asked, text)

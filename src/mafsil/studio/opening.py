@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mafsil.errors import FileError, InputError, MafsilError
-from mafsil.job.equipment import equipped
-from mafsil.job.reading import parse, read
+from mafsil.job.equipment import equip_robot
+from mafsil.job.reading import parse_job, read_job
 from mafsil.job.text import LARGEST_FILE, text_of
 from mafsil.messages.visible import visible
 from mafsil.model import library
@@ -62,7 +62,7 @@ def robot_of_job(path: str | Path) -> Robot:
     Raises:
         MafsilError: the file or its robot cannot be read.
     """
-    return equipped(read(Path(path)), Path(path).parent)
+    return equip_robot(read_job(Path(path)), Path(path).parent)
 
 
 def _studio(word: str, port: int, views: Sequence[str]) -> Studio:
@@ -83,16 +83,16 @@ def _studio_of_tapes(tapes: Sequence[_Tape], port: int, views: Sequence[str]) ->
         robot, script = _robot_of_results(job), _script(job)
         return Studio(robot, port=port, script=script, job=(text_of(job), None), views=views)
     name = str(first.recording.metadata.get("robot"))
-    if library.spelled(name) is None:
+    if library.library_name(name) is None:
         raise InputError("studio.which_robot", path=visible(str(first.path)), robot=visible(name))
     return Studio(name, port=port, views=views)
 
 
 def _robot_of_results(job: Path) -> Robot:
     """The robot of a job that was copied beside its results: files are looked for here, where they may still be."""
-    asked = parse(text_of(job), job.name)
+    asked = parse_job(text_of(job), job.name)
     try:
-        return equipped(asked, Path())
+        return equip_robot(asked, Path())
     except FileError as error:
         raise InputError("studio.robot_gone", path=visible(str(job)), reason=error) from None
 

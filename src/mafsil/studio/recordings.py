@@ -66,10 +66,10 @@ class Recordings:
             self._kept[number] = Recorded(title, recording, report)
             while len(self._kept) > MOST_KEPT:
                 del self._kept[min(self._kept)]
-        self._broadcast.send(self.listed())
+        self._broadcast.send(self.list_recordings())
         return number
 
-    def listed(self) -> Mapping[str, Any]:
+    def list_recordings(self) -> Mapping[str, Any]:
         """The message that names them all."""
         with self._lock:
             kept = list(self._kept.items())

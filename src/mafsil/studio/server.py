@@ -27,7 +27,7 @@ from typing import Any, ClassVar, cast
 
 from mafsil.errors import InputError, MafsilError
 from mafsil.messages import say
-from mafsil.studio.broadcast import Broadcast, Full, encoded
+from mafsil.studio.broadcast import Broadcast, Full, encode
 from mafsil.studio.sentences import in_all_languages
 
 TOKEN_BYTES = 24
@@ -207,17 +207,17 @@ class _Handler(BaseHTTPRequestHandler):
             return
         self.studio.awaits(self.connection, request=False)
         try:
-            self._send(200, Content(encoded(deed(body))))
+            self._send(200, Content(encode(deed(body))))
         except MafsilError as error:
             sentences = in_all_languages(error.message)
             status = 400 if isinstance(error, InputError) else 422
-            self._send(status, Content(encoded({"error": {"code": error.key, **sentences}})))
+            self._send(status, Content(encode({"error": {"code": error.key, **sentences}})))
         except (OSError, MemoryError):
             raise
         except Exception as error:
             details = {"kind": type(error).__name__, "reason": str(error)}
             sentences = in_all_languages(lambda code: say("cli.internal", language=code, **details))
-            self._send(500, Content(encoded({"error": {"code": "cli.internal", **sentences}})))
+            self._send(500, Content(encode({"error": {"code": "cli.internal", **sentences}})))
 
     def _admitted(self, *, changes: bool) -> str | None:
         """What a request asks for, if it may ask."""

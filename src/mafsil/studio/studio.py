@@ -27,7 +27,7 @@ from mafsil.kernels.lazy import lazy
 from mafsil.messages import language as current_language
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
-from mafsil.page.assemble import assembled, needed
+from mafsil.page.assemble import assemble, needed_quantities
 from mafsil.page.content import content
 from mafsil.page.session import Session, pose_from
 from mafsil.report.results import FILES
@@ -94,7 +94,7 @@ class Studio:
         views: Sequence[str | os.PathLike[str]] = (),
     ) -> None:
         self._own = tuple(os.path.abspath(view) for view in views)
-        self.arm = Arm(as_open_tree(robot), needed(self._own))
+        self.arm = Arm(as_open_tree(robot), needed_quantities(self._own))
         self.language = language or current_language()
         self._script = script or Script(
             repr(str(robot)) if isinstance(robot, str | Path) else repr(self.arm.robot.name)
@@ -133,7 +133,7 @@ class Studio:
         """The page that the server sends."""
         data = content(self.arm, self.language, self._script.python, AREAS)
         data["robot"]["imports"] = list(self._script.imports)
-        return assembled(data, (*_views(), *self._own), MAIN)
+        return assemble(data, (*_views(), *self._own), MAIN)
 
     def serve(self, *, show: bool = False) -> None:
         """Serve until Ctrl-C.
@@ -150,7 +150,7 @@ class Studio:
         self.server.serve_forever()
 
     def _everything(self) -> Mapping[str, Any]:
-        latest = (self.jobs.job, self.jobs.run, self.recordings.listed())
+        latest = (self.jobs.job, self.jobs.run, self.recordings.list_recordings())
         return {"kind": "all", "journal": self.journal.lines(), "rest": {one["kind"]: one for one in latest}}
 
     def _look(self, path: str) -> Content | None:
@@ -305,7 +305,7 @@ class Journal:
         with self._broadcast.lock:
             return [{"id": name, **done} for name, done in self._lines.items()]
 
-    def replayed(self) -> Session:
+    def replay(self) -> Session:
         """The arm as the windows show it, to the last bit."""
         session = Session(self._arm.robot)
         session.do([{"do": one["do"], "with": one["with"]} for one in self.lines()])

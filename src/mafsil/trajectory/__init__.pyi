@@ -17,7 +17,7 @@ from mafsil.trajectory.difficulties import suggest_path_fixes as suggest_path_fi
 from mafsil.trajectory.feasibility import MotionRequest as MotionRequest
 from mafsil.trajectory.feasibility import suggest_fixes as suggest_fixes
 from mafsil.trajectory.files import export as export
-from mafsil.trajectory.files import read as read
+from mafsil.trajectory.files import read_trajectory as read_trajectory
 from mafsil.trajectory.jerk import jerk_limited as jerk_limited
 from mafsil.trajectory.jerk import jerk_limited_through as jerk_limited_through
 from mafsil.trajectory.jerk import online as online
@@ -37,7 +37,7 @@ from mafsil.trajectory.paths.path_points import joint_path as joint_path
 from mafsil.trajectory.paths.path_points import tip_path as tip_path
 from mafsil.trajectory.paths.routes import compare_routes as compare_routes
 from mafsil.trajectory.profiles.double_s import double_s as double_s
-from mafsil.trajectory.profiles.double_s import synchronised as synchronised
+from mafsil.trajectory.profiles.double_s import synchronise_axes as synchronise_axes
 from mafsil.trajectory.profiles.laws import straight_lines as straight_lines
 from mafsil.trajectory.profiles.laws import time_law as time_law
 from mafsil.trajectory.profiles.polynomial import cubic as cubic

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.messages import say
-from mafsil.messages.tables import in_notebook, number, table
+from mafsil.messages.tables import in_notebook, joint_units, number, table
 
 
 class Motion(NamedTuple):
@@ -61,7 +61,7 @@ class Trajectory(Protocol):
 class Stretchable(Trajectory, Protocol):
     """A trajectory that can be run slower or faster on the same path."""
 
-    def stretched(self, factor: float) -> Stretchable:
+    def scale_time(self, factor: float) -> Stretchable:
         """The same path, `factor` times as slow."""
         ...
 
@@ -131,7 +131,7 @@ def overview(trajectory: Trajectory, names: tuple[str, ...] = (), language: str 
     else:
         title = say("trajectory.overview_batch", language=language, count=len(start), **details)
     head = [say(f"trajectory.column_{name}", language=language) for name in COLUMNS]
-    return "\n".join([title, *table(head, rows, language)])
+    return "\n".join([title, *table(head, rows, language, joint_units(COLUMNS))])
 
 
 class Printed:

@@ -184,7 +184,7 @@ class JointPath:
         """(*places, n) third derivative d3u/ds3 at the path parameters `s` (*places)."""
         return self.curve.jerk(np.clip(times(s), 0.0, self.end))
 
-    def reversed(self) -> JointPath:
+    def reverse(self) -> JointPath:
         """The same points from the end to the start."""
         h, rows = np.diff(self.curve.knots), self.curve.coefficients
         degree = rows.shape[1] - 1

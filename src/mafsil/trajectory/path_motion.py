@@ -60,9 +60,9 @@ class PathMotion(Printed):
         here, third = self.path.at(place), self.path.jerk(place)
         return third * rate**3 + 3 * here.a * rate * growth + here.v * self.law.jerk(times(t))
 
-    def stretched(self, factor: float) -> PathMotion:
+    def scale_time(self, factor: float) -> PathMotion:
         """The same path, `factor` times as slow."""
-        return replace(self, law=self.law.stretched(factor))
+        return replace(self, law=self.law.scale_time(factor))
 
     def stretch_needed(self, limits: JointLimits | MotionLimits) -> float:
         """The factor of time at which velocity, acceleration and jerk just keep their limits; 0 if none is finite.

@@ -110,7 +110,7 @@ def ik_all(
         frame: name of a link; the tip if None.
         task: what counts: `pose`, `position`, or `axis`: position and direction of the frame's z axis.
         q0: (n,) where joints stay that the pose leaves free [rad | m]; the middle of their limits if None.
-        degrees: the angles in q0 and in the answer's solutions are in degrees; its sentences and limits stay SI.
+        degrees: the angles in q0 and in the answer's solutions, sentences and tables are in degrees.
 
     Raises:
         InputError: a wrong shape, no pose, an unknown task.
@@ -226,7 +226,7 @@ def _derive_ik(robot: Robot) -> Derivation:
     def solutions(T: PoseMatrix) -> Floats:
         assert form is not None
         rows = form.solve(T)
-        return rows.q[rows.found()]
+        return rows.q[rows.solves_pose()]
 
     return derivation.derive_ik(robot.mechanism, None if form is None else form.pattern, solutions)
 

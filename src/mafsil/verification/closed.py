@@ -52,7 +52,7 @@ class ClosedStates:
 
     Attributes:
         states: q, qd, qdd (b, n) that keep the loops closed; tau (b, n) of the driven joints alone.
-        tolerance: (b,) gap up to which `ClosedChain.closed` calls them closed.
+        tolerance: (b,) gap up to which `ClosedChain.close_loops` calls them closed.
         G: (b, r, n), c: (b, r) of the loops.
         N: (b, n, f) orthonormal motions that they leave, coordinates in their units.
         margin: (b,) smallest singular value that counts over the largest: what near singular states cost.
@@ -79,10 +79,10 @@ def closed_states(chain: ClosedChain, loops: LoopBook, size: ArmSize, count: int
         seed: of the random numbers.
     """
     drawn = random_states(chain.robot.mechanism, size, DRAWS * count, seed)
-    found = chain.closed(drawn.q, tries=1)
+    found = chain.close_loops(drawn.q, tries=1)
     good = np.flatnonzero(found.found)
     if not len(good):
-        found = chain.closed(drawn.q[:count])
+        found = chain.close_loops(drawn.q[:count])
         good = np.flatnonzero(found.found)
     if not len(good):
         return None
@@ -151,7 +151,7 @@ class ClosedJudge:
         own = np.abs(terms.J * unit).max(axis=(1, 2)) * (fast + fast**2 + np.abs(qdd / unit).max(axis=1))
         curved = np.einsum("brn,bn->br", self.closed.G, follow) + self.closed.c
         return [
-            self._check("closed", open_by / bound * self.limit, "loop_positions"),
+            self._check("close_loops", open_by / bound * self.limit, "loop_positions"),
             self._check("terms (rows)", left * self.closed.margin, "loop_rows"),
             self._check("terms (bias)", np.abs(slow[..., 0] + terms.gamma).max(axis=1) / own, "loop_curvature"),
             self._check("rates", _most(np.einsum("brn,bn->br", self.closed.G, rates)) / (largest * fast), "loop_rows"),

@@ -12,7 +12,7 @@ from mafsil.geometry import rotation
 from mafsil.mechanics.quantity import States
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import Inertial, Joint, JointKind, Mechanism
-from mafsil.verification.pinocchio_peer import solved
+from mafsil.verification.pinocchio_peer import solve_coupled
 
 LEFT_OUT = ("coriolis_matrix", "inverse_dynamics_derivatives", "link_wrenches", "regressor")
 GENERAL = '<inertial pos="0.1 0.2 0.3" quat="1 2 3 4" mass="1" diaginertia="1 1.1 1.2"/>'
@@ -84,7 +84,7 @@ class MuJoCoArm:
             "kinetic_energy": np.asarray(kinetic),
         }
         if self.follows:
-            found["forward_dynamics"] = solved(found["mass_matrix"], tau - B.T @ data.qfrc_bias)
+            found["forward_dynamics"] = solve_coupled(found["mass_matrix"], tau - B.T @ data.qfrc_bias)
         else:
             data.qfrc_applied[:] = B @ tau
             mujoco.mj_forward(model, data)

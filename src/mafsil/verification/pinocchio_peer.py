@@ -106,7 +106,7 @@ class _Pinocchio:
         upper = np.triu(pin.crba(model, data, x))
         found["mass_matrix"] = B.T @ (upper + np.triu(upper, 1).T) @ B
         if self.follows:
-            found["forward_dynamics"] = solved(
+            found["forward_dynamics"] = solve_coupled(
                 found["mass_matrix"], tau - B.T @ pin.nonLinearEffects(model, data, x, xd)
             )
         else:
@@ -121,7 +121,7 @@ class _Pinocchio:
         return np.stack(blocks)
 
 
-def solved(M: Floats, load: JointVector) -> JointVector:
+def solve_coupled(M: Floats, load: JointVector) -> JointVector:
     """(n,) qdd of M qdd = load; infinite where M cannot be inverted, so that nothing agrees with it."""
     try:
         return np.linalg.solve(M, load).astype(np.float64, copy=False)

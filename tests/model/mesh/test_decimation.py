@@ -5,7 +5,7 @@ import pytest
 
 from mafsil.model import Box, Capsule, Cylinder, Sphere
 from mafsil.model.mesh import Surface
-from mafsil.model.mesh.decimation import decimated
+from mafsil.model.mesh.decimation import decimate
 from mafsil.model.mesh.primitives import triangles
 
 
@@ -43,14 +43,14 @@ def test_primitives_are_closed_and_face_outwards(primitive, area, volume):
 @pytest.mark.parametrize("primitive", [Box((0.3, 0.2, 0.5)), Cylinder(0.1, 0.4), Sphere(0.2)])
 def test_shape_is_kept(primitive):
     whole = finer(triangles(primitive), 3)
-    few = decimated(whole, 600)
+    few = decimate(whole, 600)
     assert len(few.faces) <= 600 < len(whole.faces)
     np.testing.assert_allclose(area_and_volume(few), area_and_volume(whole), rtol=0.04)
     np.testing.assert_allclose(few.vertices.max(axis=0), whole.vertices.max(axis=0), atol=0.02)
 
 
 def test_corners_of_a_box_stay_sharp():
-    few = decimated(finer(triangles(Box((2.0, 2.0, 2.0))), 5), 300)
+    few = decimate(finer(triangles(Box((2.0, 2.0, 2.0))), 5), 300)
     assert np.abs(few.vertices).max() == pytest.approx(1.0, abs=1e-9)
     corners = np.abs(few.vertices).min(axis=1) > 1 - 1e-9
     assert corners.sum() == 8
@@ -60,7 +60,7 @@ def test_colours_follow_their_triangles():
     whole = triangles(Box((2.0, 2.0, 2.0)))
     x = whole.vertices[whole.faces].mean(axis=1)[:, :1]
     whole = finer(Surface(whole.vertices, whole.faces, np.hstack([x > 0.9, x < 0.9, x * 0, x * 0 + 1.0])), 4)
-    few = decimated(whole, 400)
+    few = decimate(whole, 400)
     assert few.colours is not None
     right = few.vertices[few.faces].mean(axis=1)[:, 0] > 0.95
     np.testing.assert_array_equal(few.colours[right][:, 0], 1.0)
@@ -68,9 +68,9 @@ def test_colours_follow_their_triangles():
 
 def test_few_triangles_stay_as_they_are():
     whole = triangles(Sphere(1.0))
-    assert decimated(whole, len(whole.faces)) is whole
+    assert decimate(whole, len(whole.faces)) is whole
 
 
 def test_a_point_cloud_of_one_cell_does_not_fail():
     tiny = Surface(np.random.default_rng(0).normal(size=(300, 3)) * 1e-200, np.arange(300).reshape(-1, 3))
-    assert np.isfinite(decimated(tiny, 10).vertices).all()
+    assert np.isfinite(decimate(tiny, 10).vertices).all()

@@ -98,7 +98,7 @@ def test_collada_unit_transform_colour(tmp_path: Path) -> None:
 
 
 def test_mirrored_surface_keeps_its_outside(tmp_path: Path) -> None:
-    surface = read(tmp_path, "a.stl", binary_stl(TRIANGLE)).scaled((-1.0, 1.0, 1.0))
+    surface = read(tmp_path, "a.stl", binary_stl(TRIANGLE)).scale((-1.0, 1.0, 1.0))
     a, b, c = surface.vertices[surface.faces[0]]
     assert np.cross(b - a, c - a)[2] > 0
 

@@ -10,7 +10,7 @@ import pytest
 from mafsil.model import mesh
 from mafsil.model.mass_properties import surface as solid
 from mafsil.model.mesh import Surface
-from mafsil.model.mjcf.mesh_mass import MeshInertia, hulled, mesh_mass
+from mafsil.model.mjcf.mesh_mass import MeshInertia, hull_surface, mesh_mass
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -53,7 +53,7 @@ def test_mass_properties(shape: trimesh.Trimesh) -> None:
 
 def test_hulls(shape: trimesh.Trimesh) -> None:
     points = np.asarray(shape.vertices)
-    own, other = hulled(points), shape.convex_hull
+    own, other = hull_surface(points), shape.convex_hull
     assert set(np.unique(own.faces)) >= {int(np.abs(points - p).sum(1).argmin()) for p in np.asarray(other.vertices)}
     np.testing.assert_allclose(mesh_mass(own, MeshInertia.EXACT).volume, other.volume, rtol=1e-12)
     np.testing.assert_allclose(mesh_mass(own, MeshInertia.CONVEX).com, other.center_mass, atol=1e-12)

@@ -113,7 +113,7 @@ def test_a_gripper_of_two_fingers():
     assert chain.n == 7
     found = mf.mobility(mechanism)
     assert found.mobility == found.instantaneous.mobility == 3  # drivers together, and each finger's spring
-    start = chain.closed(np.zeros(7))
+    start = chain.close_loops(np.zeros(7))
     assert start
     tape = falls(mechanism, start.q)
     energy = chain.terms(tape.q, tape.qd).energy
@@ -132,7 +132,7 @@ def test_a_leg_with_a_rod_on_balls():
     found = mf.mobility(mechanism)
     assert found.mobility == 4  # of which one spins the rod between its balls
     assert "idle" in found.explain("en")
-    start = chain.closed(np.zeros(7))
+    start = chain.close_loops(np.zeros(7))
     assert start
     tape = falls(mechanism, start.q)
     peer = MuJoCoChain(text)

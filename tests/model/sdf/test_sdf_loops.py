@@ -173,7 +173,7 @@ def test_cassie_with_its_gearboxes():
         for side in ("left", "right")
         for name, turns in (("roll", 25), ("yaw", 25), ("pitch", 16), ("knee", 16), ("foot", 50))
     }
-    assert ClosedChain(mechanism).closed(np.full(28, 0.05))
+    assert ClosedChain(mechanism).close_loops(np.full(28, 0.05))
     assert mf.mobility(mechanism).mobility == 10
 
 
@@ -194,6 +194,6 @@ def cassie(name):
 def test_digits_of_a_file_that_contradict_each_other_do_not_keep_loops_open():
     """Two rows of four loops depend on the others but for the last digits: what they leave is no gap to be closed."""
     chain = ClosedChain(cassie("cassie_v2"))
-    found = chain.closed(0.05 * np.random.default_rng(0).normal(size=(4, chain.n)))
+    found = chain.close_loops(0.05 * np.random.default_rng(0).normal(size=(4, chain.n)))
     assert found.found.all()
     assert 1e-13 < found.error.max() < 1e-9

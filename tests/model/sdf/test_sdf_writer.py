@@ -204,16 +204,16 @@ def test_names_that_sdformat_does_not_take() -> None:
     assert_same(sdf.read(text), robot)
     with pytest.raises(FileError, match="__c__"):
         sdf.read(text.replace('mafsil:name="m::b"', 'mafsil:name="__c__"'))
-    with pytest.raises(ModelError, match=r"cannot hold the name 'a\$\(b\)'"):
+    with pytest.raises(ModelError, match=r"cannot represent the name 'a\$\(b\)'"):
         sdf.write(arm(name="a$(b)"))
 
 
 def test_what_is_lost_is_named() -> None:
-    with pytest.warns(ModelWarning, match="limit of jerk: those of hinge"):
+    with pytest.warns(ModelWarning, match="no jerk limits: those of hinge"):
         sdf.write(arm(limits=Limits(-1, 1, jerk=3.0)))
-    with pytest.warns(ModelWarning, match="no motor is there: hinge"):
+    with pytest.warns(ModelWarning, match="means a passive joint: hinge"):
         sdf.write(arm(limits=Limits(-1, 1, effort=0.0)))
-    with pytest.warns(ModelWarning, match="hinge stands in drake:rotor_inertia"):
+    with pytest.warns(ModelWarning, match="hinge are written as drake:rotor_inertia"):
         sdf.write(arm(actuator=Actuator(1e-4, 100.0)))
     with pytest.warns(ModelWarning, match="no masses"):
         sdf.write(replace(arm(), links=(Link("a"), Link("b"))))
@@ -250,6 +250,6 @@ def test_loops_that_cannot_be_drawn_are_refused(kind: JointKind) -> None:
     T = np.array(drawn.loops[0].T_pj)
     T[:3, 3] += 0.01
     robot = replace(drawn, loops=(replace(drawn.loops[0], kind=kind, T_pj=T),))
-    reason = "not by a" if kind in (JointKind.CYLINDRICAL, JointKind.PLANAR) else "C is open there by 0.01"
+    reason = "not with a" if kind in (JointKind.CYLINDRICAL, JointKind.PLANAR) else "C is open there by 0.01"
     with pytest.raises(ModelError, match=reason):
         sdf.write(robot)

@@ -10,7 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import FileError, InputError
 from mafsil.model import sdf
-from mafsil.model.filled_shape import filled
+from mafsil.model.filled_shape import fill_shape
 from mafsil.model.mjcf.geom import moments, volume
 from mafsil.model.shape import Capsule
 from tests.model.drake_reader import plant_of
@@ -116,7 +116,7 @@ def test_a_mass_of_zero_or_less_is_an_error() -> None:
 
 def test_a_capsule_of_our_lengths_is_that_of_mujoco_in_half_lengths() -> None:
     radius, length = 0.3, 0.8
-    body = filled(Capsule(radius, length), 1000.0)
+    body = fill_shape(Capsule(radius, length), 1000.0)
     assert body is not None
     assert body.mass == pytest.approx(1000.0 * volume("capsule", (radius, length / 2), shell=False), rel=1e-14)
     three = moments("capsule", (radius, length / 2), body.mass, shell=False)

@@ -9,7 +9,7 @@ from contextlib import suppress
 import pytest
 import yaml
 
-from mafsil.model.xacro.files import LARGEST, YamlFault, parsed
+from mafsil.model.xacro.files import LARGEST, YamlFault, parse_yaml
 from tests.budget import within
 
 DOCUMENT = """
@@ -44,7 +44,7 @@ twice: 2
 
 
 def test_everything_that_robots_use() -> None:
-    found = parsed(DOCUMENT)
+    found = parse_yaml(DOCUMENT)
     shape = {"mass": 1.5, "inertia": {"xx": 1e-3, "yy": 0.5, "zz": 2}, "xyz": [0.0, -1, 2]}
     expected = {
         "first": shape,
@@ -72,15 +72,15 @@ def test_everything_that_robots_use() -> None:
 )  # fmt: skip
 def test_what_is_refused_says_the_line(text: str, line: int) -> None:
     with pytest.raises(YamlFault) as fault:
-        parsed(text)
+        parse_yaml(text)
     assert fault.value.line == line
 
 
 def test_texts_over_lines_and_shared_objects() -> None:
-    assert parsed("a: |\n  one\n  two\n") == {"a": "one\ntwo\n"}
+    assert parse_yaml("a: |\n  one\n  two\n") == {"a": "one\ntwo\n"}
     names = "abcdefghijklmnopq"
     laughs = "a: &a [1]\n" + "".join(f"{c}: &{c} [*{b}, *{b}]\n" for b, c in itertools.pairwise(names))
-    assert isinstance(parsed(laughs), dict)
+    assert isinstance(parse_yaml(laughs), dict)
 
 
 LARGE = {
@@ -95,7 +95,7 @@ LARGE = {
 
 def read_or_refuse(text: str) -> None:
     with suppress(YamlFault):
-        parsed(text)
+        parse_yaml(text)
 
 
 @pytest.mark.row("F1")
@@ -107,5 +107,5 @@ def test_the_largest_files_take_two_seconds_at_most(name: str) -> None:
 @pytest.mark.parametrize("name", LARGE)
 def test_without_the_parser_in_c_less_is_taken(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(yaml, "CSafeLoader", raising=False)
-    assert parsed("a: [1, !degrees 180]") == {"a": [1, math.pi]}
+    assert parse_yaml("a: [1, !degrees 180]") == {"a": [1, math.pi]}
     within(2.0, lambda: read_or_refuse(LARGE[name]))

@@ -115,7 +115,7 @@ def linkages(rng: np.random.Generator, length: float) -> Claims:
     def lacks(theta: np.ndarray) -> float:
         return float((_four_bar_gap(points, theta)[..., :2, :] / size).max(initial=0.0) / 1e-8)
 
-    near = mobility.linkages.closed_near(bars, rng.normal(size=(3, 4)) * rng.choice([0.1, 2.0]))
+    near = mobility.linkages.close_loops_near(bars, rng.normal(size=(3, 4)) * rng.choice([0.1, 2.0]))
     yield bool(near), lacks(near.theta)
     modes = mobility.assembly_modes(bars, {"A": float(rng.uniform(-3, 3))}, starts=32)
     yield bool(modes), lacks(modes.theta) if len(modes.theta) else np.inf

@@ -62,7 +62,7 @@ def waits(rng: np.random.Generator, length: float) -> Claims:
     def meet(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return (a - centre[0]) ** 2 + (b - centre[1]) ** 2 < radius**2
 
-    found = planning.coordinate(meet, (durations[0], durations[1]), cells=100)
+    found = planning.coordinate_robots(meet, (durations[0], durations[1]), cells=100)
     if found:
         shares = np.asarray(found.shares)
         depth = radius - np.hypot(*(shares - centre).T)
@@ -101,7 +101,7 @@ def _closed(seed: int) -> tuple[ClosedChain, np.ndarray]:
 
 def closed_poses(rng: np.random.Generator, length: float) -> Claims:
     chain, q = _closed(int(rng.integers(2)))
-    near = chain.closed(q + 0.3 * rng.normal(size=len(q)))
+    near = chain.close_loops(q + 0.3 * rng.normal(size=len(q)))
     T = chain.robot.forward_kinematics(near.q)
     if rng.random() < 0.3:
         T = T @ mf.geometry.pose.exp(rng.normal(size=6))

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import mafsil as mf
 from mafsil.csv_table import csv_text
 from mafsil.errors import FileError, InputError
-from mafsil.trajectory import MotionLimits, export, quintic, read
+from mafsil.trajectory import MotionLimits, export, quintic, read_trajectory
 from mafsil.trajectory.files.exporting import ExportStatus
 
 UR5E = mf.load("ur5e")
@@ -29,7 +29,7 @@ def test_a_quintic_reads_back_as_itself(tmp_path_factory, duration, rate):
     path = tmp_path_factory.mktemp("files") / "motion.csv"
     motion = quintic(START, GOAL, duration)
     assert export(motion, path, FREE, rate=rate)
-    back = read(path)
+    back = read_trajectory(path)
     t = np.linspace(0.0, duration, 77)
     assert_allclose(back.duration, duration, rtol=1e-15)
     assert_allclose(back.at(t).u, motion.at(t).u, atol=1e-9)
@@ -54,7 +54,7 @@ def test_positions_alone_and_positions_with_velocities_make_smooth_motions(tmp_p
         path = tmp_path / f"{name}.csv"
         heads = ["time", *(f"{signal}{k}" for signal in ("q", "qd")[: len(columns)] for k in range(1, 7))]
         np.savetxt(path, np.column_stack([t + 5.0, *columns]), delimiter=";", header=";".join(heads), comments="")
-        back = read(path)
+        back = read_trajectory(path)
         assert_allclose(back.at(t).u, u, atol=1e-15)
         fine = np.linspace(0.0, 2.0, 333)
         assert_allclose(back.at(fine).u, MOTION.at(fine).u, atol=1e-4)
@@ -136,7 +136,7 @@ def test_files_that_are_no_trajectory_are_named(tmp_path, text, says):
     path = tmp_path / "motion.csv"
     path.write_text(text)
     with pytest.raises(FileError, match=says):
-        read(path)
+        read_trajectory(path)
 
 
 def rows_in(path, format):
@@ -200,9 +200,9 @@ def test_a_recording_is_read_as_its_plan(tmp_path):
             columns |= {f"{signal}{suffix}[{name}]": array[:, k] for k, name in enumerate(UR5E.joint_names)}
     path = tmp_path / "recording.csv"
     path.write_bytes(b"".join(csv_text(columns)))
-    assert_allclose(read(path).at(t).u, plan.u, atol=1e-12)
-    assert_allclose(read(path, UR5E.joint_names, driven=True).at(t).u, driven.u, atol=1e-12)
+    assert_allclose(read_trajectory(path).at(t).u, plan.u, atol=1e-12)
+    assert_allclose(read_trajectory(path, UR5E.joint_names, driven=True).at(t).u, driven.u, atol=1e-12)
     head, *rest = path.read_text().splitlines()
     path.write_text("\n".join([head.replace("q_ref[wrist_3_joint]", "x"), *rest]))
     with pytest.raises(FileError, match=r"q_ref\[wrist_3_joint\]"):
-        read(path)
+        read_trajectory(path)

@@ -11,8 +11,8 @@ from mafsil.control.analysis.compare_pose_errors import PoseErrorResponse as Pos
 from mafsil.control.analysis.compare_pose_errors import compare_pose_errors as compare_pose_errors
 from mafsil.control.analysis.explanation import SpaceAdvice as SpaceAdvice
 from mafsil.control.analysis.explanation import Words as Words
-from mafsil.control.analysis.explanation import explained as explained
 from mafsil.control.analysis.explanation import joint_or_task_space as joint_or_task_space
+from mafsil.control.analysis.explanation import words_for as words_for
 from mafsil.control.analysis.linearization import LinearArm as LinearArm
 from mafsil.control.analysis.linearization import linearize as linearize
 from mafsil.control.analysis.lyapunov import EnergyCertificate as EnergyCertificate

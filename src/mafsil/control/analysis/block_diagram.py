@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.control.analysis.worst_case import MinMax
 from mafsil.control.contact.admittance import AdmittanceControl
 from mafsil.control.contact.constraint_estimate import ContactFeedforward
-from mafsil.control.contact.force import ForceControl, gained
+from mafsil.control.contact.force import ForceControl, apply_gain
 from mafsil.control.contact.hybrid import HybridControl
 from mafsil.control.contact.impedance import ImpedanceControl
 from mafsil.control.contact.impedance_by_force import ImpedanceByForce
@@ -236,12 +236,12 @@ def _feedforward(law: Feedforward) -> list[Term]:
 
 def _force(law: ForceControl) -> list[Term]:
     def pressed(t: float, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
-        force = law.wrench + gained(law.kp, law.error(q, qd))
+        force = law.wrench + apply_gain(law.kp, law.error(q, qd))
         return (np.swapaxes(law.robot.jacobian_body(q), -1, -2) @ force[..., None])[..., 0]
 
     def damped(t: float, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
         J = law.robot.jacobian_body(q)
-        return -(np.swapaxes(J, -1, -2) @ gained(law.damping, (J @ qd[..., None])[..., 0])[..., None])[..., 0]
+        return -(np.swapaxes(J, -1, -2) @ apply_gain(law.damping, (J @ qd[..., None])[..., 0])[..., None])[..., 0]
 
     integral = " + Kfi ∫F_e dt" if law.ki.any() else ""
     return [

@@ -123,7 +123,7 @@ class Words:
         return f"{self.formula}\n{self.paragraph()}"
 
 
-def explained(what: object) -> Words:
+def words_for(what: object) -> Words:
     """The words for a law, a measure, a plot or a space.
 
     Args:
@@ -164,7 +164,7 @@ class SpaceAdvice:
         return say(f"explanation.advice_{kind}", language=language, reason=reason)
 
     def __str__(self) -> str:
-        return f"{self.sentence()}\n{explained(self.space).paragraph()}"
+        return f"{self.sentence()}\n{words_for(self.space).paragraph()}"
 
 
 def joint_or_task_space(

@@ -81,7 +81,7 @@ class LinearArm:
         found = exponential(whole)
         return found[..., :size, :size], found[..., :size, size:]
 
-    def closed(self, law: Law, reference: Motion, t: float = 0.0) -> LinearArm:
+    def close_loop(self, law: Law, reference: Motion, t: float = 0.0) -> LinearArm:
         """The loop with a law: efforts are what is added to those of the law.
 
         Args:

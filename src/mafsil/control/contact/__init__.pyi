@@ -10,9 +10,9 @@ from mafsil.control.contact.constraint import ReducedDynamics as ReducedDynamics
 from mafsil.control.contact.constraint import Selection as Selection
 from mafsil.control.contact.constraint import TaskConstraint as TaskConstraint
 from mafsil.control.contact.constraint import constrained_dynamics as constrained_dynamics
+from mafsil.control.contact.constraint import constraint_in_joints as constraint_in_joints
 from mafsil.control.contact.constraint import constraint_table as constraint_table
 from mafsil.control.contact.constraint import contact_mode as contact_mode
-from mafsil.control.contact.constraint import in_joints as in_joints
 from mafsil.control.contact.constraint import reduced_dynamics as reduced_dynamics
 from mafsil.control.contact.constraint import selection as selection
 from mafsil.control.contact.constraint import sliding_friction as sliding_friction
@@ -34,7 +34,7 @@ from mafsil.control.contact.force import force_error as force_error
 from mafsil.control.contact.force import free_speed as free_speed
 from mafsil.control.contact.force import sampled_force_radius as sampled_force_radius
 from mafsil.control.contact.hybrid import HybridControl as HybridControl
-from mafsil.control.contact.hybrid import flat as flat
+from mafsil.control.contact.hybrid import constant_constraint as constant_constraint
 from mafsil.control.contact.hybrid import hybrid_control as hybrid_control
 from mafsil.control.contact.hybrid_certificate import HybridCertificate as HybridCertificate
 from mafsil.control.contact.hybrid_certificate import hybrid_certificate as hybrid_certificate

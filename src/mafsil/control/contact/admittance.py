@@ -66,10 +66,10 @@ class AdmittanceControl:
         """Joint efforts (*batch, n) from the state of the arm alone [N m | N]."""
         now = task_dynamics(self.robot, q, qd, self.coordinates)
         outside = self.sensor(q, qd)
-        wanted = self.wanted(t, self.coordinates.pose(self.robot, q), now.V, outside)
-        return now.effort(now.force(self.commanded(now.V, wanted)) - outside)
+        wanted = self.virtual_acceleration(t, self.coordinates.pose(self.robot, q), now.V, outside)
+        return now.effort(now.force(self.commanded_acceleration(now.V, wanted)) - outside)
 
-    def wanted(self, t: float, T: PoseMatrix, V: Floats, outside: Floats) -> Floats:
+    def virtual_acceleration(self, t: float, T: PoseMatrix, V: Floats, outside: Floats) -> Floats:
         """(*batch, m) dV/dt of the virtual mass.
 
         Args:
@@ -81,7 +81,7 @@ class AdmittanceControl:
         own = self.impedance.acceleration(-X_e, -V_e, outside)
         return own + ahead if self.shift_acceleration else own
 
-    def commanded(self, V: Floats, wanted: Floats) -> Floats:
+    def commanded_acceleration(self, V: Floats, wanted: Floats) -> Floats:
         """(*batch, m) acceleration that computed torque is given: dV/dt + Kp dt V + Kd dt dV/dt.
 
         Args:
@@ -111,12 +111,12 @@ class _VirtualMass:
         T, V = self._state or (tip, now.V)
         # 1. What the force makes the mass do, and the arm on it.
         outside = law.sensor(q, qd)
-        wanted = law.wanted(t, T, V, outside)
+        wanted = law.virtual_acceleration(t, T, V, outside)
         X_e, V_e, ahead = task.error(tip, TaskTarget(T, task.all_six(V), task.all_six(wanted)), now.V)
         effort = now.effort(now.force(ahead + law.gains.kp * X_e + law.gains.kd * V_e) - outside)
         # 2. Velocity first, then position with the new velocity.
         V = V + law.period * wanted
-        self._earlier, self._state = self._state, (task.moved(T, law.period * V), V)
+        self._earlier, self._state = self._state, (task.integrate(T, law.period * V), V)
         return effort
 
     def go_on(self, before: _VirtualMass) -> None:

@@ -176,7 +176,7 @@ def require_independent(A: Floats) -> None:
         )
 
 
-def in_joints(A: ArrayLike, J: ArrayLike) -> Floats:
+def constraint_in_joints(A: ArrayLike, J: ArrayLike) -> Floats:
     """A J: the same constraint on joint rates, A J qd = 0; its multipliers are the same.
 
     Args:

@@ -27,7 +27,7 @@ from mafsil.arrays import (
 )
 from mafsil.control.laws.law import Law
 from mafsil.errors import InputError
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_open_tree, of_robot
@@ -72,7 +72,7 @@ class Wall:
     damping: float = 0.0
     friction: float = 0.0
     slow: float = 1e-3
-    _numbers = checked(stiffness=positive, damping=not_negative, friction=not_negative, slow=positive)
+    _numbers = check_fields(stiffness=positive, damping=not_negative, friction=not_negative, slow=positive)
 
     def __post_init__(self) -> None:
         self._numbers()
@@ -101,7 +101,7 @@ class Wall:
         R = T[..., :3, :3]
         velocity = (R @ V[..., 3:, None])[..., 0]
         constants = (self.stiffness, self.damping, self.friction, self.slow)
-        return _at_tip(R, pressed(self.depth(T), self.normal, velocity, *constants))
+        return _at_tip(R, surface_force(self.depth(T), self.normal, velocity, *constants))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -167,7 +167,7 @@ def tip_wrench_of(robot: RobotLike, environment: Environment, q: JointVector, qd
     return environment.wrench(arm.forward_kinematics(q), V)
 
 
-def pressed(
+def surface_force(
     depth: Floats, outward: Vector3, velocity: Vector3, stiffness: float, damping: float, friction: float, slow: float
 ) -> Vector3:
     """(*batch, 3) force in {s} of a surface that gives way and never pulls, with friction that opposes sliding.

@@ -65,7 +65,7 @@ class ForceControl:
             integral: (*batch, 6) Kfi times its integral.
         """
         J = self.robot.jacobian_body(q)
-        F = self.wrench + gained(self.kp, error) + integral - gained(self.damping, (J @ qd[..., None])[..., 0])
+        F = self.wrench + apply_gain(self.kp, error) + integral - apply_gain(self.damping, (J @ qd[..., None])[..., 0])
         return self.robot.gravity_torque(q) + (np.swapaxes(J, -1, -2) @ F[..., None])[..., 0]
 
     def session(self, period: float) -> Law:
@@ -73,7 +73,7 @@ class ForceControl:
         return _WithIntegral(self, period) if self.ki.any() else self
 
 
-def gained(K: Floats, x: Floats) -> Floats:
+def apply_gain(K: Floats, x: Floats) -> Floats:
     """(*batch, 6) K x for a diagonal (6,) or a matrix (6, 6).
 
     Args:
@@ -92,7 +92,7 @@ class _WithIntegral:
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         error = self._law.error(q, qd)
-        return self._law.effort(q, qd, error, self._sum.add(gained(self._weight, error), self._law.clamp))
+        return self._law.effort(q, qd, error, self._sum.add(apply_gain(self._weight, error), self._law.clamp))
 
     def go_on(self, before: _WithIntegral) -> None:
         self._sum.go_on(before._sum)

@@ -28,7 +28,7 @@ TaskForce: TypeAlias = Callable[[PoseMatrix], Floats]
 """pose (4, 4) -> (m,) force that the tip should exert there, in the coordinates of the task."""
 
 
-def flat(A: ArrayLike) -> Constraint:
+def constant_constraint(A: ArrayLike) -> Constraint:
     """A constraint that is the same everywhere: A V = 0.
 
     Args:
@@ -197,7 +197,7 @@ def hybrid_control(
     else:
         rows = as_batch("constraint", np.atleast_2d(real_array("constraint", constraint)), (m,), finite=True)
         require_independent(rows)
-        held = flat(rows)
+        held = constant_constraint(rows)
     force_gains = Gains.of(m, force_kp, 0.0, force_ki)
     if sensor is None and (force_gains.kp.any() or force_gains.integrates):
         raise InputError("control.no_sensor")

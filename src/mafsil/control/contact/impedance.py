@@ -16,7 +16,7 @@ from mafsil.control.laws.task_coordinates import TaskCoordinates
 from mafsil.control.laws.task_dynamics import task_dynamics
 from mafsil.control.laws.tip_motion import TipReference
 from mafsil.errors import InputError
-from mafsil.fields import checked, square
+from mafsil.fields import check_fields, square
 from mafsil.one_joint import JointArm, JointLaw, sampled_stability
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
@@ -36,7 +36,7 @@ class Impedance:
     inertia: Floats
     damping: Floats
     stiffness: Floats
-    __post_init__ = checked(inertia=square, damping=square, stiffness=square)
+    __post_init__ = check_fields(inertia=square, damping=square, stiffness=square)
 
     @classmethod
     def of(cls, m: int, *, inertia: ArrayLike = 0.0, damping: ArrayLike = 0.0, stiffness: ArrayLike = 0.0) -> Impedance:

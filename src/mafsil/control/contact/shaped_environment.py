@@ -22,9 +22,9 @@ from mafsil.arrays import (
     require_finite,
     single,
 )
-from mafsil.control.contact.environment import Environment, SpringDamper, pressed
+from mafsil.control.contact.environment import Environment, SpringDamper, surface_force
 from mafsil.errors import InputError
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.geometry import pose, rotation
 
 TINY = 1e-12
@@ -53,7 +53,7 @@ class RoundSurface:
     axis: Vector3 | None = None
     hollow: bool = False
     slow: float = 1e-3
-    _numbers = checked(
+    _numbers = check_fields(
         radius=positive, stiffness=positive, slow=positive, damping=not_negative, friction=not_negative
     )  # fmt: skip
 
@@ -70,7 +70,7 @@ class RoundSurface:
     def wrench(self, T: PoseMatrix, V: Vector6) -> Vector6:
         """(*batch, 6) on the tip, in the tip frame [N m, N]."""
         outward, depth = self.normal(T[..., :3, 3])
-        force = pressed(depth, outward, _velocity(T, V), self.stiffness, self.damping, self.friction, self.slow)
+        force = surface_force(depth, outward, _velocity(T, V), self.stiffness, self.damping, self.friction, self.slow)
         return _in_tip(T, np.zeros_like(force), force)
 
 
@@ -101,7 +101,7 @@ class Hole:
     damping: float = 0.0
     friction: float = 0.0
     slow: float = 1e-3
-    _numbers = checked(
+    _numbers = check_fields(
         clearance=positive, depth=positive, stiffness=positive, slow=positive, chamfer=not_negative,
         damping=not_negative, friction=not_negative,
     )  # fmt: skip
@@ -128,8 +128,8 @@ class Hole:
         shortest = np.argmin(depths, axis=0)[..., None]
         way = np.where(shortest == 0, self.axis, np.where(shortest == 1, inward, slant))
         constants = (self.stiffness, self.damping, self.friction, self.slow)
-        force = pressed(inside, way, velocity, *constants)
-        force = force + pressed(-height - self.depth, np.broadcast_to(self.axis, p.shape), velocity, *constants)
+        force = surface_force(inside, way, velocity, *constants)
+        force = force + surface_force(-height - self.depth, np.broadcast_to(self.axis, p.shape), velocity, *constants)
         return _in_tip(T, np.zeros_like(force), force)
 
 
@@ -157,7 +157,7 @@ class Door:
     rotational_damping: float = 0.0
     friction: float = 0.0
     closer: float = 0.0
-    _numbers = checked(
+    _numbers = check_fields(
         stiffness=positive, damping=not_negative, rotational_stiffness=not_negative, rotational_damping=not_negative,
         friction=not_negative, closer=not_negative,
     )  # fmt: skip
@@ -175,7 +175,7 @@ class Door:
         first, now = self._aside(self.handle[:3, 3]), self._aside(T[..., :3, 3])
         return np.asarray(np.arctan2(np.cross(first, now) @ self.axis, now @ first))
 
-    def opened(self, angle: float) -> PoseMatrix:
+    def handle_pose(self, angle: float) -> PoseMatrix:
         """(4, 4) pose of the handle where the door is open by an angle [rad]."""
         R = rotation.exp(angle * self.axis)
         T = self.handle.copy()

@@ -3,7 +3,7 @@ from mafsil.control.joints.coupling import joint_coupling as joint_coupling
 from mafsil.control.joints.current_loop import CurrentLoopLaw as CurrentLoopLaw
 from mafsil.control.joints.current_loop import current_loop as current_loop
 from mafsil.control.joints.delayed import Delayed as Delayed
-from mafsil.control.joints.delayed import delayed as delayed
+from mafsil.control.joints.delayed import add_delay as add_delay
 from mafsil.control.joints.elastic_laws import ElasticArm as ElasticArm
 from mafsil.control.joints.elastic_laws import ElasticLaw as ElasticLaw
 from mafsil.control.joints.elastic_laws import ElasticLinearization as ElasticLinearization

@@ -8,12 +8,12 @@ import numpy as np
 
 from mafsil.arrays import JointVector, positive
 from mafsil.control.laws.feedback import take_over
-from mafsil.control.laws.law import Around, Law, LawFunction, as_law
+from mafsil.control.laws.law import Law, LawFunction, LawWrapper, as_law
 from mafsil.trajectory import Motion
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class CurrentLoopLaw(Around):
+class CurrentLoopLaw(LawWrapper):
     """A law behind an inner loop: tau' = w (commanded - tau); without it (w endless) the commanded torque acts at once.
 
     Attributes:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from mafsil.arrays import JointVector, single
 from mafsil.control.laws.feedback import take_over
-from mafsil.control.laws.law import Around, Law, LawFunction, as_law
+from mafsil.control.laws.law import Law, LawFunction, LawWrapper, as_law
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 
@@ -15,7 +15,7 @@ WHOLE = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Delayed(Around):
+class Delayed(LawWrapper):
     """A law whose efforts act a while after the state that they answer.
 
     Attributes:
@@ -67,7 +67,7 @@ class _Queue:
         return self._whole.session(period)
 
 
-def delayed(law: Law | LawFunction, delay: float) -> Delayed:
+def add_delay(law: Law | LawFunction, delay: float) -> Delayed:
     """A law whose efforts act a delay after the measurement.
 
     Args:

@@ -201,7 +201,7 @@ class ElasticLinearization:
         """Efforts (*batch, n) [N m | N]."""
         arm, q, qd = self.arm, state.q, state.qd
         # 1
-        f = arm.transmitted(state)
+        f = arm.spring_effort(state)
         qdd = arm.links.forward_dynamics(q, qd, f)
         still = np.zeros_like(qdd)
         slope = arm.stiffness * (state.motor_rate - qd) - self._derivative(FIRST, q, qd, qdd, still, still) / APART
@@ -293,7 +293,7 @@ class ElasticArm:
         """Number of joints."""
         return self.links.n
 
-    def transmitted(self, state: ElasticState) -> JointVector:
+    def spring_effort(self, state: ElasticState) -> JointVector:
         """f (*batch, n) that the springs exert on the links [N m | N]."""
         return self.stiffness * (state.motor - state.q) + self.damping * (state.motor_rate - state.qd)
 
@@ -304,7 +304,7 @@ class ElasticArm:
             state: where they are.
             tau: (*batch, n) efforts of the motors at the joint [N m | N].
         """
-        f = self.transmitted(state)
+        f = self.spring_effort(state)
         return self.links.forward_dynamics(state.q, state.qd, f), (np.asarray(tau) - f) / self.motor_inertia
 
     def energy(self, state: ElasticState) -> Floats:

@@ -9,13 +9,13 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, frozen, real_array, single
 from mafsil.control.laws.feedback import take_over
-from mafsil.control.laws.law import Around, Law, LawFunction, as_law
+from mafsil.control.laws.law import Law, LawFunction, LawWrapper, as_law
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class EncoderLoop(Around):
+class EncoderLoop(LawWrapper):
     """A law that sees its joints through encoders alone.
 
     q_k = resolution round(q / resolution),  v_k = a v_{k-1} + (1 - a) (q_k - q_{k-1}) / dt,  a = exp(-dt / filter_time)

@@ -16,14 +16,14 @@ from mafsil.control.laws.joint_feedback import JointFeedback as JointFeedback
 from mafsil.control.laws.joint_feedback import feedforward as feedforward
 from mafsil.control.laws.joint_feedback import gravity_compensation as gravity_compensation
 from mafsil.control.laws.joint_feedback import pid as pid
-from mafsil.control.laws.law import Around as Around
 from mafsil.control.laws.law import Combined as Combined
 from mafsil.control.laws.law import FunctionLaw as FunctionLaw
 from mafsil.control.laws.law import Law as Law
 from mafsil.control.laws.law import LawFunction as LawFunction
+from mafsil.control.laws.law import LawWrapper as LawWrapper
 from mafsil.control.laws.law import as_law as as_law
-from mafsil.control.laws.law import combined as combined
-from mafsil.control.laws.law import saturated as saturated
+from mafsil.control.laws.law import combine as combine
+from mafsil.control.laws.law import saturate as saturate
 from mafsil.control.laws.law_export import export_law as export_law
 from mafsil.control.laws.linear_quadratic import LinearQuadratic as LinearQuadratic
 from mafsil.control.laws.linear_quadratic import linear_quadratic as linear_quadratic

@@ -27,7 +27,7 @@ from mafsil.mechanics.loop_terms import Loop, Term, input_sizes
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
 from mafsil.parallel import ClosedChain
-from mafsil.parallel.closed_compiled import trusted
+from mafsil.parallel.closed_compiled import is_certain
 from mafsil.trajectory import Motion
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class _Compiled:
         if self.run is None:
             return None
         effort, doubt = self.run(q, qd, reference.u, reference.v, reference.a, self.gains)
-        return effort if trusted(doubt) else None
+        return effort if is_certain(doubt) else None
 
     def __reduce__(self) -> tuple[type[_Compiled], tuple[()]]:
         return _Compiled, ()

@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, not_negative, positive, require_kind, single
 from mafsil.parallel import ClosedChain
-from mafsil.parallel.closed_poses import Task, closed_pose_near, missed
+from mafsil.parallel.closed_poses import Task, closed_pose_near, pose_miss
 from mafsil.solvers import Outcome
 from mafsil.trajectory import cubic_through
 from mafsil.trajectory.paths import TipPath
@@ -88,7 +88,7 @@ def _at_knots(
     for k in range(1, len(knots)):
         guess = known[k - 1] + (known[k - 1] - known[k - 2] if k > 1 else 0.0)
         closed = closed_pose_near(chain, T[k], guess, task, nearest=slack > 0.0)
-        place, turn = (float(part) for part in missed(chain, T[k], closed.q, task))
+        place, turn = (float(part) for part in pose_miss(chain, T[k], closed.q, task))
         details = {"place": float(knots[k - 1])}
         if not closed or max(place, turn) > allowed:
             residual = max(place, turn)
@@ -120,11 +120,11 @@ def _through(knots: Floats, q: JointVector, pieces: int) -> PiecewisePolynomial:
 def _deviation(chain: ClosedChain, path: TipPath, joints: PiecewisePolynomial, knots: Floats, task: Task) -> float:
     """How far the tip is off its path in the middle of the pieces, driven joints held and loops closed."""
     middle = (knots[1:] + knots[:-1]) / 2
-    closed = chain.closed(joints.at(middle).u, hold=chain.actuated, tries=1)
+    closed = chain.close_loops(joints.at(middle).u, hold=chain.actuated, tries=1)
     if not closed:
         return np.inf
     worst = 0.0
     for T, q in zip(path.poses(middle), closed.q, strict=True):
-        place, turn = missed(chain, T, q, task)
+        place, turn = pose_miss(chain, T, q, task)
         worst = max(worst, float(place), float(turn))
     return worst

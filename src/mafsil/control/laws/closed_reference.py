@@ -103,7 +103,7 @@ def driven_trajectory(chain: ClosedChain, driven: Trajectory, q_0: ArrayLike) ->
     for k, place in enumerate(u):
         guess = here + (known[k - 1] - known[k - 2] if k > 1 else 0.0)
         guess[a] = place
-        found = chain.closed(guess, hold=a, tries=1)
+        found = chain.close_loops(guess, hold=a, tries=1)
         if not found:
             gap = float(found.error) if np.isfinite(found.error) else np.inf
             raise InputError("control.loops_not_closed", time=float(t[k]), gap=gap)

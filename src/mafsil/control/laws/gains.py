@@ -22,7 +22,7 @@ from mafsil.arrays import (
     whole,
 )
 from mafsil.errors import InputError
-from mafsil.fields import checked, finite
+from mafsil.fields import check_fields, finite
 from mafsil.robot import Robot
 
 
@@ -37,7 +37,7 @@ class Gains:
     kp: Floats
     kd: Floats
     ki: Floats
-    __post_init__ = checked(kp=finite(), kd=finite(), ki=finite())
+    __post_init__ = check_fields(kp=finite(), kd=finite(), ki=finite())
 
     @classmethod
     def of(cls, n: int, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0) -> Gains:

@@ -77,7 +77,7 @@ def as_law(law: Law | LawFunction, name: str = "law") -> Law:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Around:
+class LawWrapper:
     """Something between a law and its arm: a law around another one, whose efforts or measured states it changes.
 
     Attributes:
@@ -106,7 +106,7 @@ class Combined:
         return Combined(tuple(law.session(period) for law in self.laws))
 
 
-def combined(*laws: Law | LawFunction) -> Combined:
+def combine(*laws: Law | LawFunction) -> Combined:
     """The sum of several laws, such as feedforward and feedback.
 
     Args:
@@ -120,7 +120,7 @@ def combined(*laws: Law | LawFunction) -> Combined:
     return Combined(tuple(as_law(law, f"laws[{k}]") for k, law in enumerate(laws)))
 
 
-def saturated(effort: JointVector, limit: Floats) -> JointVector:
+def saturate(effort: JointVector, limit: Floats) -> JointVector:
     """Efforts within their limits: elementwise clipped to -limit .. limit, infinite limits clip nothing.
 
     Args:

@@ -58,7 +58,7 @@ class _Inputs:
         self.shapes[own] = shape
         return self.arrays[own]
 
-    def measured(self, sensor: Callable[..., Any], name: str, size: int) -> Callable[..., Any]:
+    def sensor_input(self, sensor: Callable[..., Any], name: str, size: int) -> Callable[..., Any]:
         """A sensor that reads an input; the same one for the same sensor."""
         key = _same(sensor), name, size
         if key not in self.known:
@@ -177,7 +177,7 @@ def _open(law: Any, inputs: _Inputs) -> Any:
             changes[each.name] = inputs.target(value)
         elif "Sensor" in kind and value is not None:
             size = len(cast("Any", law).coordinates.rows) if hasattr(law, "coordinates") else 6
-            changes[each.name] = inputs.measured(value, "force" if each.name == "sensor" else each.name, size)
+            changes[each.name] = inputs.sensor_input(value, "force" if each.name == "sensor" else each.name, size)
         elif isinstance(value, tuple):
             changes[each.name] = tuple(_open(part, inputs) for part in cast("tuple[Any, ...]", value))
         elif is_dataclass(value) and isinstance(value, Law):

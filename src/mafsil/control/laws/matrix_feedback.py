@@ -12,7 +12,7 @@ from mafsil.control.joints.friction_compensation import friction_along
 from mafsil.control.laws.feedback import RunningSum
 from mafsil.control.laws.law import Law
 from mafsil.errors import InputError
-from mafsil.fields import checked, square
+from mafsil.fields import check_fields, square
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -28,7 +28,7 @@ class MatrixGains:
     kp: Floats
     kd: Floats
     ki: Floats
-    __post_init__ = checked(kp=square, kd=square, ki=square)
+    __post_init__ = check_fields(kp=square, kd=square, ki=square)
 
     @classmethod
     def of(cls, n: int, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0) -> MatrixGains:

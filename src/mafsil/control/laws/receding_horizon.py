@@ -104,7 +104,7 @@ class ModelPredictive:
         w, free, efforts = np.empty((3, self.horizon, self.robot.n))
         errors, rates = (np.asarray(x, dtype=np.float64) for x in (reference.u - q, reference.v - qd))
         arrays = (self.inverse, self.slope, M, known, errors, rates, self.limit, w, free, efforts)
-        if not horizon_loops.planned(*arrays):
+        if not horizon_loops.plan_efforts(*arrays):
             raise InputError("control.no_best_efforts")
         return efforts
 

@@ -109,7 +109,7 @@ class TaskCoordinates:
         full[..., list(self.rows)] = x
         return full
 
-    def moved(self, T: PoseMatrix, step: Floats) -> PoseMatrix:
+    def integrate(self, T: PoseMatrix, step: Floats) -> PoseMatrix:
         """(*batch, 4, 4) a pose after a step V dt of constant velocity.
 
         Args:

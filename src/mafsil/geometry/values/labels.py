@@ -10,7 +10,7 @@ Frames: TypeAlias = tuple[str, str]
 """(a, b) of R_ab or T_ab."""
 
 
-def joined(name: str, left: Frames | None, right: Frames | None) -> Frames | None:
+def join_frames(name: str, left: Frames | None, right: Frames | None) -> Frames | None:
     """(a, c) of (a, b) and (b, c); None where one side carries no letters.
 
     Args:
@@ -27,7 +27,7 @@ def joined(name: str, left: Frames | None, right: Frames | None) -> Frames | Non
     return left[0], right[1]
 
 
-def carried(name: str, frames: Frames | None, frame: str | None) -> str | None:
+def carry_frame(name: str, frames: Frames | None, frame: str | None) -> str | None:
     """{a} of something seen from {b}, carried by (a, b); None where one side carries no letters.
 
     Args:

@@ -30,7 +30,7 @@ class Vector(Linear):
     core: ClassVar[int] = 1
 
     @staticmethod
-    def accepted(array: Any) -> Floats:
+    def check_array(array: Any) -> Floats:
         """Three numbers each."""
         return as_batch("vector", array, (3,))
 
@@ -44,11 +44,11 @@ class Vector(Linear):
 
     def dot(self, other: Vector) -> Scalar:
         """(*batch) inner product, in the unit of this vector squared."""
-        right = self.matched("dot", other)
+        right = self.match_units("dot", other)
         labels.same("dot", self.frame, right.frame)
         return np.sum(self.array * right.array, axis=-1)
 
-    def matched(self, sign: str, other: Any) -> Vector:
+    def match_units(self, sign: str, other: Any) -> Vector:
         """The other vector in the unit of this one."""
         if isinstance(other, Vector):
             return other.in_unit(self.unit)
@@ -80,7 +80,7 @@ class Point(Value):
     core: ClassVar[int] = 1
 
     @staticmethod
-    def accepted(array: Any) -> Floats:
+    def check_array(array: Any) -> Floats:
         """Three numbers each."""
         return as_batch("point", array, (3,))
 

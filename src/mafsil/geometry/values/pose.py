@@ -32,7 +32,7 @@ class Pose(Value):
     core: ClassVar[int] = 2
 
     @staticmethod
-    def accepted(array: Any) -> Floats:
+    def check_array(array: Any) -> Floats:
         """Refuse what is not a pose within `tolerance.ROTATION`."""
         return functions.check(array, "Pose")
 
@@ -96,12 +96,12 @@ class Pose(Value):
         if isinstance(other, Vector):
             return self.rotation @ other
         if isinstance(other, Point):
-            frame = labels.carried("@", self.frames, other.frame)
+            frame = labels.carry_frame("@", self.frames, other.frame)
             moved = functions.act(self.array, other.in_unit("m").array)
             return Point(moved / METRES[other.unit], frame, other.unit)
         if not isinstance(cast(object, other), Pose):
             raise operands("@", self, other)
-        return Pose(functions.compose(self.array, other.array), labels.joined("@", self.frames, other.frames))
+        return Pose(functions.compose(self.array, other.array), labels.join_frames("@", self.frames, other.frames))
 
     def displace(self, points: ArrayLike) -> Vector3:
         """(*batch, 3) the operator's reading: points (*batch, 3) [m] moved within one frame."""

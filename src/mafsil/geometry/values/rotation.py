@@ -33,7 +33,7 @@ class Rotation(Value):
     core: ClassVar[int] = 2
 
     @staticmethod
-    def accepted(array: Any) -> Floats:
+    def check_array(array: Any) -> Floats:
         """Refuse what is not a rotation within `tolerance.ROTATION`."""
         return functions.check(array, "Rotation")
 
@@ -117,11 +117,11 @@ class Rotation(Value):
     def __matmul__(self, other: Rotation | Vector) -> Rotation | Vector:
         """R_ab R_bc = R_ac, or v_a = R_ab v_b."""
         if isinstance(other, Vector):
-            frame = labels.carried("@", self.frames, other.frame)
+            frame = labels.carry_frame("@", self.frames, other.frame)
             return Vector(functions.apply(self.array, other.array), frame, other.unit)
         if not isinstance(cast(object, other), Rotation):
             raise operands("@", self, other)
-        return Rotation(self.array @ other.array, labels.joined("@", self.frames, other.frames))
+        return Rotation(self.array @ other.array, labels.join_frames("@", self.frames, other.frames))
 
     def then_about_fixed(self, turn: Rotation) -> Rotation:
         """A further turn about axes of the fixed frame multiplies on the left: turn R."""

@@ -32,7 +32,7 @@ class ScrewAxis(Value):
     core: ClassVar[int] = 1
 
     @staticmethod
-    def accepted(array: Any) -> Floats:
+    def check_array(array: Any) -> Floats:
         """Refuse what is not of unit length within `tolerance.UNIT`."""
         return membership.require("unit_screw", "ScrewAxis", array)
 
@@ -53,7 +53,7 @@ class ScrewAxis(Value):
         Raises:
             InputError: the zero twist has no axis.
         """
-        S, rate = functions.normalised(V.array), functions.magnitude(V.array)
+        S, rate = functions.normalise(V.array), functions.magnitude(V.array)
         if np.any(np.asarray(rate) == 0):
             raise InputError("geometry.identity_log", name="V")
         return cls(S, V.frame), rate
@@ -92,7 +92,7 @@ class ScrewAxis(Value):
 
     def seen_from(self, T_ab: Pose) -> ScrewAxis:
         """S_a = Ad(T_ab) S_b of this screw S_b; the pitch stays."""
-        frame = labels.carried("seen_from", T_ab.frames, self.frame)
+        frame = labels.carry_frame("seen_from", T_ab.frames, self.frame)
         return ScrewAxis(twist_functions.transform(T_ab.array, self.array), frame)
 
     def __neg__(self) -> ScrewAxis:

@@ -29,7 +29,7 @@ class Twist(Linear):
     core: ClassVar[int] = 1
 
     @staticmethod
-    def accepted(array: Any) -> Floats:
+    def check_array(array: Any) -> Floats:
         """Six numbers each."""
         return as_batch("twist", array, (6,))
 
@@ -51,7 +51,9 @@ class Twist(Linear):
 
     def seen_from(self, T_ab: Pose) -> Twist:
         """V_a = Ad(T_ab) V_b of this twist V_b."""
-        return Twist(functions.transform(T_ab.array, self.array), labels.carried("seen_from", T_ab.frames, self.frame))
+        return Twist(
+            functions.transform(T_ab.array, self.array), labels.carry_frame("seen_from", T_ab.frames, self.frame)
+        )
 
     def point_velocity(self, point: ArrayLike) -> Vector3:
         """(*batch, 3) velocity [m/s] of the body point at (*batch, 3) [m]."""
@@ -66,6 +68,6 @@ class Twist(Linear):
 
     def bracket(self, other: Twist) -> Twist:
         """Lie bracket ad(V) W."""
-        right = self.matched("bracket", other)
+        right = self.match_units("bracket", other)
         frame = labels.same("bracket", self.frame, right.frame)
         return Twist(functions.bracket(self.array, right.array), frame)

@@ -77,11 +77,11 @@ class Value(metaclass=ValueType):
     """Number of core dimensions."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "array", frozen(require_finite(type(self).__name__, self.accepted(self.array))))
+        object.__setattr__(self, "array", frozen(require_finite(type(self).__name__, self.check_array(self.array))))
 
     @staticmethod
     @abstractmethod
-    def accepted(array: Any) -> Floats:
+    def check_array(array: Any) -> Floats:
         """The numbers, if they are what the type promises; otherwise InputError."""
 
     if not TYPE_CHECKING:
@@ -163,7 +163,7 @@ class Linear(Value):
 
     frame: str | None = None
 
-    def matched(self, sign: str, other: Any) -> Self:
+    def match_units(self, sign: str, other: Any) -> Self:
         """The other value, if it is of this kind; in the unit of this one where there are units.
 
         Raises:
@@ -174,11 +174,11 @@ class Linear(Value):
         return other
 
     def __add__(self, other: Self) -> Self:
-        right = self.matched("+", other)
+        right = self.match_units("+", other)
         return replace(self, array=self.array + right.array, frame=labels.same("+", self.frame, right.frame))
 
     def __sub__(self, other: Self) -> Self:
-        right = self.matched("-", other)
+        right = self.match_units("-", other)
         return replace(self, array=self.array - right.array, frame=labels.same("-", self.frame, right.frame))
 
     def __neg__(self) -> Self:

@@ -27,7 +27,7 @@ class Wrench(Linear):
     core: ClassVar[int] = 1
 
     @staticmethod
-    def accepted(array: Any) -> Floats:
+    def check_array(array: Any) -> Floats:
         """Six numbers each."""
         return as_batch("wrench", array, (6,))
 
@@ -64,5 +64,5 @@ class Wrench(Linear):
 
     def seen_from(self, T_ab: Pose) -> Wrench:
         """F_a = Ad(T_ba)' F_b of this wrench F_b."""
-        frame = labels.carried("seen_from", T_ab.frames, self.frame)
+        frame = labels.carry_frame("seen_from", T_ab.frames, self.frame)
         return Wrench(functions.transform(T_ab.inverse().array, self.array), frame)

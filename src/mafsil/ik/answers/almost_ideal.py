@@ -7,14 +7,14 @@ import numpy as np
 from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.ik.answers.batch import Columns, finite_poses
 from mafsil.ik.answers.branch import UNNAMED
-from mafsil.ik.answers.eliminated import Eliminated, eliminated
+from mafsil.ik.answers.eliminated import Eliminated, eliminate_poses
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.refined_rows import beside_folds, refinable, refined_rows
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import clean_poses
-from mafsil.ik.redundant.at_parameter import answered
+from mafsil.ik.redundant.at_parameter import answer_at
 from mafsil.ik.result import CODES, IKStatus
 from mafsil.ik.tolerances import ON_LIMIT
 
@@ -36,7 +36,7 @@ def one_by_one(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: floa
     proven: Eliminated | None = None
     poses = np.where(valid[:, None, None], clean, np.nan)
     if arm.form is None and arm.general is not None and n == 6:
-        proven = eliminated(setting, arm.general, poses, q0)
+        proven = eliminate_poses(setting, arm.general, poses, q0)
     elif refinable(setting):
         proven = _refine(setting, poses, q0)
     sure = np.zeros(count, dtype=np.bool_) if proven is None else proven.sure
@@ -45,7 +45,7 @@ def one_by_one(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: floa
         question = Question(setting, clean[i], q0, tolerance)
         if proven is not None and proven.found is not None:
             question.know(proven.found[i])
-        answers[i] = answered(question)
+        answers[i] = answer_at(question)
     most = max([len(one) for one in answers.values()] + ([] if proven is None else [proven.q.shape[1]]), default=0)
     q, residual = np.full((count, most, n), np.nan), np.full((count, most), np.nan)
     codes, loose = np.full((count, most), UNNAMED, dtype=np.int16), np.zeros((count, most), dtype=np.int32)
@@ -86,11 +86,11 @@ def _refine(setting: Setting, T: PoseMatrix, q0: JointVector) -> Eliminated:
         open_rows, probing = open_rows[len(part) :], False
         codes[part] = UNNAMED
         if general is not None:
-            listed = eliminated(setting, general, T[part], q0)
+            listed = eliminate_poses(setting, general, T[part], q0)
             q[part], residual[part], sure[part] = listed.q, listed.residual, listed.sure
             general = general if 2 * listed.sure.sum() >= len(part) else None
         part = part[~sure[part]]
         if len(part):
             q[part], residual[part] = beside_folds(setting, T[part], q0)
-            sure[part] = (np.isfinite(residual[part]) & setting.allowed(q[part])).any(axis=1)
+            sure[part] = (np.isfinite(residual[part]) & setting.within_limits(q[part])).any(axis=1)
     return Eliminated(sure, q, residual, codes)

@@ -78,7 +78,7 @@ class SolutionBatch(Answer, data="solved q valid within residual"):
         self.setting, self.T, self.others, self.tolerance = request
         part = self.setting.part
         q = q.reshape(*self.T.shape[:-2], *q.shape[1:])
-        self.q = q if part.places is None else part.lifted(q, self.others)
+        self.q = q if part.places is None else part.lift(q, self.others)
         self._made, self._moving = columns, moving
 
     @lazy
@@ -136,6 +136,14 @@ class SolutionBatch(Answer, data="solved q valid within residual"):
         return (self[i] for i in range(len(self.q)))
 
     def __repr__(self) -> str:
+        return self.printed()
+
+    def printed(self, *, degrees: bool = False) -> str:
+        """The counts and a row for each pose, which are the same in both units.
+
+        Args:
+            degrees: angles in degrees.
+        """
         solved = say("ik.batch", solved=int(self.solved.sum()), count=self.solved.size)
         return on_screen("\n".join([solved, *self._table()]))
 
@@ -193,14 +201,21 @@ class SolutionBatch(Answer, data="solved q valid within residual"):
         """(*batch,) what can be said about each pose, members of `IKStatus`."""
         return _MEMBERS[self.status_codes]
 
-    def explain(self, *index: int, language: str | None = None) -> str:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def explain(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self, *index: int, language: str | None = None, degrees: bool = False
+    ) -> str:
         """The answer to one pose in sentences; without an index how many poses have which status.
+
+        Args:
+            index: of the pose.
+            language: `en` or `ar`; the current one if None.
+            degrees: angles in degrees.
 
         Raises:
             InputError: the row is not a pose.
         """
         if index:
-            return self[index].explain(language)
+            return self[index].explain(language, degrees=degrees)
         lines = [say("ik.batch", language=language, solved=int(self.solved.sum()), count=self.solved.size)]
         for code in np.unique(self.status_codes):
             count = int((self.status_codes == code).sum())
@@ -242,7 +257,7 @@ class SolutionBatch(Answer, data="solved q valid within residual"):
             setting.upper,
             setting.revolute,
         )
-        return part.lifted(nearest.reshape(start.shape), given)
+        return part.lift(nearest.reshape(start.shape), given)
 
 
 def finite_poses(T: PoseMatrix) -> PoseMatrix:

@@ -147,7 +147,7 @@ class Candidates:
         return cls(q, rows, codes, free)
 
 
-def unlabelled(q: JointVector) -> Candidates:
+def without_branch(q: JointVector) -> Candidates:
     """Candidates without a branch."""
     k = len(q)
     return Candidates(q, np.full(k, -1), np.full(k, UNNAMED), np.zeros(k, dtype=np.int64))

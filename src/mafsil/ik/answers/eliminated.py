@@ -42,7 +42,7 @@ class Eliminated(NamedTuple):
     found: GeneralSolutions | None = None
 
 
-def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, q0: JointVector) -> Eliminated:
+def eliminate_poses(setting: Setting, general: GeneralSix, T: PoseMatrix, q0: JointVector) -> Eliminated:
     """What elimination proves of many poses.
 
     Args:
@@ -97,5 +97,7 @@ def _judged(
     """
     residual, within = np.empty(len(q)), np.empty(len(q), dtype=np.bool_)
     reached = setting.robot.forward_kinematics(q)
-    judging_loops.judged(reached, T, rows, q0, setting.lower, setting.upper, setting.revolute, q, residual, within)
+    judging_loops.judge_solutions(
+        reached, T, rows, q0, setting.lower, setting.upper, setting.revolute, q, residual, within
+    )
     return q, residual, within

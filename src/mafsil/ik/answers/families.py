@@ -18,7 +18,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.setting import Setting, bits
 from mafsil.ik.answers.tangents import tangents
-from mafsil.ik.refine import refined
+from mafsil.ik.refine import refine_rows
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import FAR_ALONG, REACHED, SAME_AT_DOUBLE_ROOT, SELF_MOTION
 from mafsil.ik.winding import wound_near
@@ -86,7 +86,7 @@ class Continua:
                 follow = partial(self._member, int(rows[k]), j, q[k], rates)
                 within = partial(self._intervals, int(rows[k])) if (j,) == locked and rows[k] >= 0 else tuple
                 part = self.setting.part
-                lifted = part.lifted(rates, np.zeros(part.whole.n))
+                lifted = part.lift(rates, np.zeros(part.whole.n))
                 yield SolutionFamily(k, names[j], moving, lifted, joints, self._lift(follow), within)
 
     def _lift(self, follow: Callable[[Mapping[str, float]], JointVector]) -> Callable[..., JointVector]:
@@ -96,7 +96,7 @@ class Continua:
             return follow
 
         def of_whole(values: Mapping[str, float]) -> JointVector:
-            return part.lifted(follow(values), self.others)
+            return part.lift(follow(values), self.others)
 
         return of_whole
 
@@ -127,7 +127,7 @@ class Continua:
         """Whether the motion goes on for a step, to one side at least: more than a singular configuration."""
         way = step * rates / np.abs(rates).max()
         for start in (q + way, q - way):
-            moved, size = refined(self.setting.robot, start[None], self.T, self.setting.mask, None, locked=(joint,))
+            moved, size = refine_rows(self.setting.robot, start[None], self.T, self.setting.mask, None, locked=(joint,))
             if size[0] <= self.tolerance and np.abs(moved[0] - q).max() > step / 2:
                 return True
         return False
@@ -149,7 +149,7 @@ class Continua:
         for preferred in self._prefer(setting.arm.form, target, chosen):
             table = setting.arm.form.solve(self.T, preferred)
             q = wound_near(table.q, target, setting.lower, setting.upper, setting.revolute)
-            q, residual = refined(setting.robot, q, self.T, setting.mask, None, locked=tuple(chosen))
+            q, residual = refine_rows(setting.robot, q, self.T, setting.mask, None, locked=tuple(chosen))
             off = np.abs(q[:, chosen] - target[chosen]).max(axis=1)
             # Joints that do not move in the family stand; then the same root: another may come nearer on a long way.
             fixed = (rates == 0.0) & (chosen == [joint])
@@ -194,7 +194,7 @@ class Continua:
         for s in np.linspace(0.0, 1.0, count + 1)[1:]:
             before, q = q, q + ahead
             q[joints] = start[joints] + s * way
-            moved, size = refined(
+            moved, size = refine_rows(
                 setting.robot, q[None], self.T, setting.mask, None, steps=PATIENT, locked=tuple(joints)
             )
             if size[0] > self.tolerance:

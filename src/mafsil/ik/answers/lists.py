@@ -1,4 +1,4 @@
-"""The solutions of many poses from the rows of their closed form: candidates, refined, merged, certified.
+"""The solutions of many poses from the rows of their closed form: candidates, refine_rows, merged, certified.
 
 1. Candidates: rows that are solutions or may become one, wrists straightened that only rounding bends.
 2. Refined by Newton's method on the arm itself, all rows of all poses at once; arms of few joints by least squares.
@@ -26,7 +26,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import rotation
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.refine import least_squares, refined
+from mafsil.ik.refine import least_squares, refine_rows
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import EXACT_POSE, FINEST, HIDDEN, PART_OF_BEND, REACHED, SAME, SELF_MOTION, STRAIGHT
 from mafsil.ik.winding import wound_near
@@ -70,7 +70,7 @@ def exact_lists(setting: Setting, q: JointVector, details: CandidateTable, toler
         details: of the rows.
         tolerance: largest residual of a solution.
     """
-    valid = unrepeated(q, details.residual <= tolerance, setting.revolute)
+    valid = unique_rows(q, details.residual <= tolerance, setting.revolute)
     within = valid & (details.excess <= ON_LIMIT)
     codes, free = _whole(details.code), np.where(valid, _whole(details.free), 0)
     return Lists(q, details.residual, valid, within, codes, free, np.zeros(len(q), dtype=np.bool_))
@@ -79,7 +79,7 @@ def exact_lists(setting: Setting, q: JointVector, details: CandidateTable, toler
 def refined_lists(
     setting: Setting, form: ClosedForm, T: PoseMatrix, q0: JointVector, lists: tuple[JointVector, CandidateTable, float]
 ) -> Lists:
-    """Lists of poses whose rows have to be refined: all steps.
+    """Lists of poses whose rows have to be refine_rows: all steps.
 
     Args:
         setting: the arm.
@@ -93,7 +93,7 @@ def refined_lists(
     usable = _candidates(setting, q, details, tolerance)
     pose_of, row = np.nonzero(usable)
     start, loose, poses = q[pose_of, row], _whole(details.free)[pose_of, row], T[pose_of]
-    moved, loose = straightened(setting, form.pattern, poses, start, loose)
+    moved, loose = straighten_wrist(setting, form.pattern, poses, start, loose)
     # 2. Refined.
     exact = (details.residual[pose_of, row] <= min(FINEST, tolerance)) & (moved == start).all(axis=1)
     rest = np.flatnonzero(~exact)
@@ -102,13 +102,15 @@ def refined_lists(
         moved[rest], reached[rest] = least_squares(setting.robot, moved[rest], poses[rest], setting.mask)
     else:
         steps = PATIENT if setting.quartic else 8
-        moved[rest], reached[rest] = refined(setting.robot, moved[rest], poses[rest], setting.mask, None, steps=steps)
+        moved[rest], reached[rest] = refine_rows(
+            setting.robot, moved[rest], poses[rest], setting.mask, None, steps=steps
+        )
     moved[rest] = wound_near(moved[rest], q0, setting.lower, setting.upper, setting.revolute)
     q, residual, free = q.copy(), details.residual.copy(), np.zeros(usable.shape, dtype=np.int64)
     q[pose_of, row], residual[pose_of, row], free[pose_of, row] = moved, reached, loose
     # 3. Merged.
-    valid = unrepeated(q, usable & (residual <= tolerance), setting.revolute)
-    within = valid & setting.allowed(q)
+    valid = unique_rows(q, usable & (residual <= tolerance), setting.revolute)
+    within = valid & setting.within_limits(q)
     free[~valid] = 0
     # 4. Certified.
     codes = _whole(details.code)
@@ -118,7 +120,7 @@ def refined_lists(
     return Lists(q, residual, valid, within, codes, free, unproven)
 
 
-def unrepeated(q: JointVector, good: NDArray[np.bool_], revolute: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def unique_rows(q: JointVector, good: NDArray[np.bool_], revolute: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(k, rows) rows that are good and repeat no earlier good row of their pose, up to whole turns.
 
     Args:
@@ -161,7 +163,7 @@ def complete(setting: Setting, codes: NDArray[np.int64], residual: Floats) -> bo
 def _candidates(setting: Setting, q: JointVector, details: CandidateTable, tolerance: float) -> NDArray[np.bool_]:
     """(k, rows) solutions and what may become one."""
     # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
-    folded = details.margin <= FOLD if setting.quartic else setting.folded(details)
+    folded = details.margin <= FOLD if setting.quartic else setting.near_folds(details)
     # A pose printed with few digits is off what an arm of few joints can do: least squares decide.
     most = max(setting.candidate, 1e3 * tolerance if setting.few else 0.0)
     return np.isfinite(q).all(axis=-1) & ((details.residual <= most) | folded)
@@ -246,14 +248,14 @@ def moving_joints(setting: Setting, q: JointVector, T: PoseMatrix, tolerance: fl
     locked = np.zeros(starts.shape, dtype=np.bool_)
     locked[np.arange(len(starts)), np.tile(best, 2)] = True
     # 3.
-    moved, size = refined(setting.robot, starts, np.tile(T[rows], (2, 1, 1)), setting.mask, None, locked=locked)
+    moved, size = refine_rows(setting.robot, starts, np.tile(T[rows], (2, 1, 1)), setting.mask, None, locked=locked)
     away = np.abs(moved - np.tile(q[rows], (2, 1))).max(axis=1) > STEP / 2
     moves = ((size <= tolerance) & away).reshape(2, -1).any(axis=0)
     joint[rows[moves]] = best[moves]
     return joint
 
 
-def straightened(
+def straighten_wrist(
     setting: Setting, pattern: ArmPattern, T: PoseMatrix, q: JointVector, free: NDArray[np.int64]
 ) -> tuple[JointVector, NDArray[np.int64]]:
     """Solutions with the wrist locked straight where that reaches the pose, and the coordinates that are free then.
@@ -275,7 +277,7 @@ def straightened(
         if len(rows):
             start = q[rows]
             start[:, bend[0]] -= off[rows]
-            found, residual = refined(setting.robot, start, poses[rows], setting.mask, None, locked=bend)
+            found, residual = refine_rows(setting.robot, start, poses[rows], setting.mask, None, locked=bend)
             reached = residual <= np.maximum(STRAIGHT, np.minimum(HIDDEN, PART_OF_BEND * np.abs(off[rows])))
             rows = rows[reached]
             q, free = q.copy(), free.copy()

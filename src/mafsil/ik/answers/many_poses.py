@@ -21,7 +21,7 @@ from mafsil.ik.answers.lists import Lists, exact_lists, moving_joints, refined_l
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_batch import redundant_batch
 from mafsil.ik.answers.refusal import beyond_reach, failed_step_of, out_of_plane, reached_places
-from mafsil.ik.answers.search_batch import search_batch, searched
+from mafsil.ik.answers.search_batch import is_search_only, search_batch
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import clean_poses
@@ -64,7 +64,7 @@ def solved_batch(setting: Setting, T: PoseMatrix, others: JointVector, tolerance
         columns = Columns(*redundant_batch(setting, flat, q0, tolerance))
     elif counted_by_elimination(setting):
         columns = Columns(*eliminated_batch(setting, flat, q0, tolerance))
-    elif searched(setting):
+    elif is_search_only(setting):
         columns = Columns(*search_batch(setting, flat, q0, tolerance))
     else:
         columns = one_by_one(setting, flat, q0, tolerance)

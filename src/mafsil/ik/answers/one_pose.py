@@ -53,7 +53,7 @@ def one_pose(
         return redundant_single.redundant_single(setting, T, q0, tolerance, others)
     clean, valid = clean_poses(T[None])
     goal = clean[0] if valid[0] else printed_pose("T_sd", T)
-    return at_parameter.answered(Question(setting, goal, q0, tolerance, others))
+    return at_parameter.answer_at(Question(setting, goal, q0, tolerance, others))
 
 
 def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -> SolutionSet:
@@ -145,7 +145,7 @@ def clear_set(setting: Setting, q: JointVector, details: Floats, chosen: slice |
     answer.own = answer.q = q
     answer._ask, answer._setting, answer._details, answer._chosen = _question, setting, details, chosen  # pyright: ignore[reportPrivateUsage]
     if setting.part.places is not None:
-        answer.q = setting.part.lifted(q, setting.part.middle)
+        answer.q = setting.part.lift(q, setting.part.middle)
     return answer
 
 
@@ -161,7 +161,7 @@ def exact_set(question: Question, q: JointVector, details: Floats, rows: list[in
     chosen = np.array(rows, dtype=np.intp)
     answer = clear_set(question.setting, q[chosen], details, chosen)
     if question.setting.part.places is not None:
-        answer.q = question.setting.part.lifted(answer.own, question.others)
+        answer.q = question.setting.part.lift(answer.own, question.others)
     answer._isolated = False  # pyright: ignore[reportPrivateUsage]
     vars(answer)["_question"] = question
     return answer

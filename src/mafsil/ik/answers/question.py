@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.candidate_table import Candidates, CandidateTable, unlabelled
+from mafsil.ik.answers.candidate_table import Candidates, CandidateTable, without_branch
 from mafsil.ik.answers.eliminated import proven_set
 from mafsil.ik.answers.families import Continua
 from mafsil.ik.answers.family import SolutionFamily
-from mafsil.ik.answers.lists import SELF_MOTION, complete, moving_joints, straightened
+from mafsil.ik.answers.lists import SELF_MOTION, complete, moving_joints, straighten_wrist
 from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal, verdict_without_solution
 from mafsil.ik.answers.search import Search, Start, start_of
 from mafsil.ik.answers.setting import Setting, bits, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.refine import distinct, least_squares, refined
+from mafsil.ik.refine import distinct, least_squares, refine_rows
 from mafsil.ik.result import IKStatus
 from mafsil.ik.structure.analysis import Analysis
 from mafsil.ik.structure.closed_form import ClosedForm
@@ -75,19 +75,19 @@ class Question:
             q, residual = least_squares(setting.robot, candidates.q, self.T, setting.mask)
         else:
             steps = 40 if setting.quartic else 8
-            q, residual = refined(
+            q, residual = refine_rows(
                 setting.robot, candidates.q, self.T, setting.mask, None, locked=arm.locked, steps=steps
             )
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
         if not len(good) and not setting.decisive and not self._proven(arm, 0) and not self.unreachable:
             q, residual = self.search.anywhere()
-            candidates, method, proven = unlabelled(q), "search", False
+            candidates, method, proven = without_branch(q), "search", False
         if not len(candidates.q) and self._nearly(arm):
             # Where there is no exact solution the nearest configuration may be one within the tolerance.
             q, residual = self.refusal.q[None], np.array([self.refusal.residual])
             near_enough = np.flatnonzero(residual <= self.tolerance)
-            candidates, residual, proven = unlabelled(q[near_enough]), residual[near_enough], False
+            candidates, residual, proven = without_branch(q[near_enough]), residual[near_enough], False
         proven &= not setting.few or not (residual > REACHED).any()
         kept = distinct(candidates.q, setting.revolute)
         candidates, residual = candidates.chosen(kept, candidates.q), residual[kept]
@@ -96,14 +96,16 @@ class Question:
         q = candidates.q
         if len(q):
             q = wound_near(q, self.q0, setting.lower, setting.upper, setting.revolute)
-        within = setting.allowed(q)
+        within = setting.within_limits(q)
         settled = self.refuted or (proven and not arm.locked and not candidates.free.any())
         if len(q) and not within.any() and not settled:
             # What is listed is not all: before anything is said of the limits, it is searched within them.
             found, missing = self.search.within_limits()
-            candidates = Candidates(q, candidates.rows, candidates.codes, candidates.free).and_more(unlabelled(found))
+            candidates = Candidates(q, candidates.rows, candidates.codes, candidates.free).and_more(
+                without_branch(found)
+            )
             q, residual = candidates.q, np.concatenate([residual, missing])
-            within = setting.allowed(q)
+            within = setting.within_limits(q)
         rest = candidates.rows, candidates.codes, candidates.free
         return SolutionSet(self, q, residual, within, *rest, method=method, complete=proven, isolated=False)
 
@@ -140,7 +142,7 @@ class Question:
         if not found.clear[0] or not len(rows):
             return None
         q, residual, none = found.q[0, rows], found.residual[0, rows], np.zeros(len(rows), dtype=np.int64)
-        rest = self.setting.allowed(q), rows, found.codes[0, rows], none
+        rest = self.setting.within_limits(q), rows, found.codes[0, rows], none
         return SolutionSet(self, q, residual, *rest, method="refined closed form", complete=True, isolated=True)
 
     def _nearly(self, arm: Analysis) -> bool:
@@ -211,13 +213,13 @@ class Question:
 
     def _candidates(self, arm: Analysis) -> Candidates:
         if arm.form is None:
-            return unlabelled(self._seeds if arm.general is not None else self.setting.nothing)
+            return without_branch(self._seeds if arm.general is not None else self.setting.nothing)
         q0 = self.start_q0
         q, details = self._rows_of(arm.form, q0)
         usable = np.isfinite(q).all(axis=1)
         if arm.exact:
             # Rows at a fold of an equation of fourth degree may be far off and still lead to a solution.
-            folded = (details.margin <= FOLD) if self.setting.quartic else self.setting.folded(details)
+            folded = (details.margin <= FOLD) if self.setting.quartic else self.setting.near_folds(details)
             # A pose printed with few digits is off what an arm of few joints can do: least squares decide.
             loose = 1e3 * self.tolerance if self.setting.few else 0.0
             usable &= (details.residual <= max(self.setting.candidate, loose)) | folded
@@ -227,12 +229,12 @@ class Question:
             found = self._straighten(arm.form, found)
         if arm.general is not None:
             # The ideal arm gives the names; what it lacks near folds is found by elimination.
-            return found.and_more(unlabelled(self._seeds))
+            return found.and_more(without_branch(self._seeds))
         return found if arm.locked else found.and_more(self._crossings(arm.form, q0, found))
 
     def _straighten(self, form: ClosedForm, found: Candidates) -> Candidates:
         """Candidates with a wrist locked straight that only rounding bends."""
-        q, free = straightened(self.setting, form.pattern, self.T, found.q, found.free)
+        q, free = straighten_wrist(self.setting, form.pattern, self.T, found.q, found.free)
         return Candidates(q, found.rows, found.codes, free)
 
     def _crossings(self, form: ClosedForm, q0: JointVector, found: Candidates) -> Candidates:
@@ -241,7 +243,7 @@ class Question:
         The Jacobian loses one more rank there. Its least singular value that is not always zero is sought along the
         free joint from many values, and every least one surrounded ever more closely.
         """
-        more = unlabelled(self.setting.nothing)
+        more = without_branch(self.setting.nothing)
         for k, code, candidate in zip(found.rows, found.free, found.q, strict=True):
             # Only joints that are found before others can free these.
             first = form.pattern.joints[: FIRST_JOINTS.get(form.pattern.family, 0)]

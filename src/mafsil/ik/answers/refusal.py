@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, crossed
+from mafsil.arrays import Floats, JointVector, PoseMatrix, cross
 from mafsil.geometry import pose
 from mafsil.ik.answers.branch import failed_step
 from mafsil.ik.answers.candidate_table import CandidateTable
@@ -70,11 +70,12 @@ class Refusal:
     residual: float
     steps: tuple[str, ...] = ()
 
-    def words(self, language: str | None = None) -> dict[str, str]:
+    def words(self, language: str | None = None, *, degrees: bool = False) -> dict[str, str]:
         """The error with its units, and the tolerance that would accept the nearest configuration."""
         position, rotation = (self.details[name] for name in ("position_error", "rotation_error"))
         place = say("ik.length", language=language, value=plain(1e3 * float(str(position))))
-        turn = say("ik.angle", language=language, value=plain(float(str(rotation))))
+        angle, unit = (np.degrees(float(str(rotation))), "deg") if degrees else (float(str(rotation)), "rad")
+        turn = say("ik.angle", language=language, value=plain(float(angle)), unit=unit)
         only = self.details["place_only"]
         residual = place if only else say("ik.place_and_turn", language=language, place=place, turn=turn)
         return {
@@ -267,14 +268,14 @@ def _placed(pattern: ArmPattern, q: Floats) -> tuple[Floats, Floats, Floats]:
     )
     for i in (2, 1, 0):
         w, r = pattern.axes[i], pattern.points[i]
-        screw = np.concatenate([np.zeros(3), w] if pattern.prismatic[i] else [w, crossed(r, w)])
+        screw = np.concatenate([np.zeros(3), w] if pattern.prismatic[i] else [w, cross(r, w)])
         E = pose.exp(screw * q[:, i, None])
         columns, axes = (rows @ E[:, :3, :3].transpose(0, 2, 1) for rows in (columns, axes))
         x = (E[:, :3, :3] @ x[:, :, None])[:, :, 0] + E[:, :3, 3]
-        columns[:, i] = w if pattern.prismatic[i] else crossed(w, x - r)
+        columns[:, i] = w if pattern.prismatic[i] else cross(w, x - r)
         axes[:, i] = 0.0 if pattern.prismatic[i] else w
     i, j = np.minimum(*np.indices((3, 3))), np.maximum(*np.indices((3, 3)))
-    return x, columns.transpose(0, 2, 1), crossed(axes[:, i], columns[:, j])
+    return x, columns.transpose(0, 2, 1), cross(axes[:, i], columns[:, j])
 
 
 def _descend(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:

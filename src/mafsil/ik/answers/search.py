@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting, bits
-from mafsil.ik.refine import pose_errors, refined, residuals
+from mafsil.ik.refine import pose_errors, refine_rows, residuals
 from mafsil.ik.structure.closed_form import Branches, ClosedForm
 from mafsil.ik.tolerances import SELF_MOTION
 from mafsil.ik.winding import wound_near
@@ -68,7 +68,7 @@ class Search:
         else:
             self.tried["free_starts"] += SPREAD
             q = setting.middle + np.random.default_rng(0).uniform(-np.pi, np.pi, (SPREAD, setting.robot.n))
-        q, residual = refined(setting.robot, q, self.T, setting.mask, None, steps=60)
+        q, residual = refine_rows(setting.robot, q, self.T, setting.mask, None, steps=60)
         good = np.flatnonzero(residual <= self.tolerance)
         values = np.linalg.svd(setting.scaled_jacobians(q[good]), compute_uv=False)
         if ((values > SELF_MOTION * values[:, :1]).sum(axis=1) < setting.robot.n).all():
@@ -92,8 +92,8 @@ class Search:
         """The solution brought to working precision where that leaves no limit."""
         setting = self.setting
         before = residuals(pose_errors(setting.robot, q, self.T, setting.mask, None))
-        better, after = refined(setting.robot, q, self.T, setting.mask, None)
-        kept = setting.allowed(better) & (after <= before)
+        better, after = refine_rows(setting.robot, q, self.T, setting.mask, None)
+        kept = setting.within_limits(better) & (after <= before)
         return np.where(kept[:, None], better, q), np.where(kept, after, before)
 
 

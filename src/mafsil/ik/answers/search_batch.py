@@ -15,7 +15,7 @@ from mafsil.ik.answers.redundant_batch import BatchRows, finite_poses
 from mafsil.ik.answers.search import RESTARTS, SEARCHES
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.problem import clean_poses
-from mafsil.ik.refine import pose_errors, refined, residuals
+from mafsil.ik.refine import pose_errors, refine_rows, residuals
 from mafsil.ik.result import IKStatus
 from mafsil.ik.winding import wound_near
 from mafsil.lazy_module import lazily
@@ -32,7 +32,7 @@ CHUNK = 4096
 """Poses that are worked on at once."""
 
 
-def searched(setting: Setting) -> bool:
+def is_search_only(setting: Setting) -> bool:
     """Whether nothing better than a search is known of the arm: no closed form, no elimination of all joints or six."""
     arm = setting.arm
     eliminated = setting.task == "pose" and arm.chain is not None and len(arm.chain) == 7
@@ -69,7 +69,7 @@ def search_batch(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: fl
         found, residual[part] = sought_within_limits(setting, clean[part], tolerance)
         q[part] = wound_near(found, q0, setting.lower, setting.upper, setting.revolute)
         # 3.
-        solved = (residual[part] <= tolerance) & setting.allowed(q[part])
+        solved = (residual[part] <= tolerance) & setting.within_limits(q[part])
         sure[part[solved]] = regular(setting, q[part[solved]])
     # 4.
     careful = {int(i): Question(setting, clean[i], q0, tolerance).answer() for i in np.flatnonzero(valid & ~sure)}
@@ -104,8 +104,8 @@ def sought_within_limits(setting: Setting, T: PoseMatrix, tolerance: float) -> t
         found = numerical.solve_ik(robot, T[rows], task=setting.task, tolerance=tolerance, restarts=RESTARTS, seed=seed)
         start, rows = found.nearest[found.solved], rows[found.solved]
         before = residuals(pose_errors(robot, start, T[rows], mask, None))
-        better, after = refined(robot, start, T[rows], mask, None)
-        kept = setting.allowed(better) & (after <= before)
+        better, after = refine_rows(robot, start, T[rows], mask, None)
+        kept = setting.within_limits(better) & (after <= before)
         q[rows], residual[rows] = np.where(kept[:, None], better, start), np.where(kept, after, before)
     return q, residual
 

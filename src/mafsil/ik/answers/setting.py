@@ -111,7 +111,7 @@ class Setting:
         """Whether the arm has fewer joints than the task has equations: only least squares meet a rounded pose."""
         return self.robot.n < {"pose": 6, "axis": 5, "position": 3}[self.task]
 
-    def allowed(self, q: JointVector) -> NDArray[np.bool_]:
+    def within_limits(self, q: JointVector) -> NDArray[np.bool_]:
         """(k,) which rows are within the limits."""
         inside = (q >= self.lower - ON_LIMIT) & (q <= self.upper + ON_LIMIT)
         return np.asarray(inside.all(axis=-1), dtype=np.bool_)
@@ -167,7 +167,7 @@ class Setting:
         form = self.arm.form
         return NEARLY_REACHED if form is None else candidate(form.pattern)
 
-    def folded(self, details: Floats | CandidateTable) -> NDArray[np.bool_]:
+    def near_folds(self, details: Floats | CandidateTable) -> NDArray[np.bool_]:
         """(*batch, k) rows that rounding may have moved off: two pairs of roots merge there and split again.
 
         Args:

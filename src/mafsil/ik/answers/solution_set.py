@@ -18,7 +18,7 @@ from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.pose_question import PoseQuestion
 from mafsil.ik.answers.setting import Setting, folding, nearly_there, structure_decides
-from mafsil.ik.answers.solution_table import solution_table
+from mafsil.ik.answers.solution_table import angle_units, solution_table
 from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, SMALLEST, WHOLE_TURN
 from mafsil.ik.winding import TURN
@@ -52,20 +52,21 @@ class LimitExcess:
 
     Attributes:
         joint: its name.
-        value: what the solution needs [rad | m].
-        limit: what is allowed [rad | m].
-        excess: their distance [rad | m].
+        value: what the solution needs.
+        limit: what is allowed.
+        excess: their distance.
+        unit: of the numbers: `rad` or `m`, or `deg` where an answer in degrees was asked for.
     """
 
     joint: str
     value: float
     limit: float
     excess: float
+    unit: str
 
     def explain(self, language: str | None = None) -> str:
         """The sentence."""
-        details = {"joint": self.joint, "value": self.value, "limit": self.limit, "excess": self.excess}
-        return say("ik.limit_excess", language=language, **details)
+        return say("ik.limit_excess", language=language, **vars(self))
 
 
 class SolutionSet(Answer, data="complete in_doubt method q residual within", entries="q"):
@@ -105,7 +106,7 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
         isolated: bool,
     ) -> None:
         part = question.setting.part
-        self.own, self.q = q, q if part.places is None else part.lifted(q, question.others)
+        self.own, self.q = q, q if part.places is None else part.lift(q, question.others)
         self.method, self._setting, self._isolated = method, question.setting, isolated
         # Set here, these stand in front of the properties that compute them.
         vars(self).update(residual=residual, within=within, rows=rows, codes=codes, own_free=free, _question=question)
@@ -116,13 +117,21 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
         return bool(self.within.any())
 
     def __repr__(self) -> str:
-        return on_screen("\n".join([self.explain(), *self._table()]))
+        return self.printed()
+
+    def printed(self, *, degrees: bool = False) -> str:
+        """The sentences and a row for each solution.
+
+        Args:
+            degrees: angles in degrees.
+        """
+        return on_screen("\n".join([self.explain(degrees=degrees), *self._table(degrees)]))
 
     def _repr_html_(self) -> str:
         return super()._repr_html_() + in_notebook("\n".join(self._table()))
 
-    def _table(self) -> list[str]:
-        return solution_table(self.q, self.branches, self.residual, self.within, self.revolute)
+    def _table(self, degrees: bool = False) -> list[str]:
+        return solution_table(self.q, self.branches, self.residual, self.within, self.revolute, degrees=degrees)
 
     @lazy
     def residual(self) -> Floats:
@@ -214,15 +223,19 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
             return {**counts, **self._question.refusal.details}
         if self.within.any():
             return counts
-        worst = max(self.violations(self._least_beyond), key=lambda one: one.excess)
-        counts |= self._question.tried
-        return {**counts, "joint": worst.joint, "value": worst.value, "bound": worst.limit, "excess": worst.excess}
+        return {**counts, **self._question.tried, **self._worst()}
+
+    def _worst(self, *, degrees: bool = False) -> dict[str, object]:
+        """The joint that is farthest beyond its limit [rad | m] in the solution that is nearest to the limits."""
+        k, _ = max(enumerate(self.violations(self._least_beyond)), key=lambda one: one[1].excess)
+        found = vars(self.violations(self._least_beyond, degrees=degrees)[k])
+        return {"bound" if name == "limit" else name: value for name, value in found.items()}
 
     @lazy
     def q_nearest(self) -> JointVector:
         """(n,) the best solution; where there is none, the configuration of the nearest pose that was found."""
         if not len(self.q):
-            return self._setting.part.lifted(self._question.refusal.q, self._question.others)
+            return self._setting.part.lift(self._question.refusal.q, self._question.others)
         return self.q[int(np.flatnonzero(self.within)[0])] if self.within.any() else self.q[self._least_beyond]
 
     @lazy
@@ -263,21 +276,27 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
         """(n,) which coordinates are angles."""
         return self._setting.part.revolute
 
-    def violations(self, k: int) -> tuple[LimitExcess, ...]:
+    def violations(self, k: int, *, degrees: bool = False) -> tuple[LimitExcess, ...]:
         """The joints that a solution needs beyond their limits; empty if it is within.
 
         Args:
             k: index of the solution.
+            degrees: angles in degrees.
         """
-        setting = self._setting
-        found: list[LimitExcess] = []
-        for name, x, low, high in zip(
-            setting.robot.joint_names, self.own[k], setting.lower, setting.upper, strict=True
-        ):
-            excess = max(low - x, x - high)
-            if excess > ON_LIMIT:
-                found.append(LimitExcess(name, float(x), float(low if x < low else high), float(excess)))
-        return tuple(found)
+        setting, q = self._setting, self.own[k]
+        limit = np.where(q < setting.lower, setting.lower, setting.upper)
+        excess = np.maximum(setting.lower - q, q - setting.upper)
+        scale, units = angle_units(setting.revolute, degrees=degrees)
+        return tuple(
+            LimitExcess(
+                setting.robot.joint_names[i],
+                float(scale[i] * q[i]),
+                float(scale[i] * limit[i]),
+                float(scale[i] * excess[i]),
+                units[i],
+            )
+            for i in np.flatnonzero(excess > ON_LIMIT).tolist()
+        )
 
     def dependent(self, k: int) -> tuple[str, ...]:
         """Names of the joints whose axes depend on each other at a solution: it is singular; empty if it is regular.
@@ -294,16 +313,23 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
         motion = np.linalg.norm(null, axis=0)
         return tuple(name for name, x in zip(setting.robot.joint_names, motion, strict=True) if x > FAR_ALONG)
 
-    def explain(self, language: str | None = None) -> str:
-        """The answer in sentences: how many solutions, which continua, why none, whether the list is complete."""
+    def explain(self, language: str | None = None, *, degrees: bool = False) -> str:
+        """The answer in sentences: how many solutions, which continua, why none, whether the list is complete.
+
+        Args:
+            language: `en` or `ar`; the current one if None.
+            degrees: angles in degrees.
+        """
         details = dict(self.details)
         if not len(self.q):
-            details |= self._question.refusal.words(language)
+            details |= self._question.refusal.words(language, degrees=degrees)
+        elif "bound" in details:
+            details |= self._worst(degrees=degrees)
         lines = [say(SENTENCES[self.status], language=language, **details)]
         if not len(self.q):
             lines += [say(key, language=language, **details) for key in self._question.refusal.steps]
         alike: dict[tuple[str, str], list[int]] = {}
-        lines += self._on_limits(language)
+        lines += self._on_limits(language, degrees)
         for family in self.families:
             alike.setdefault((family.joint, ", ".join(family.moving)), []).append(family.solution + 1)
         for (joint, moving), solutions in alike.items():
@@ -318,16 +344,18 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
             lines.append(say("ik.in_doubt", language=language))
         return "\n".join(lines)
 
-    def _on_limits(self, language: str | None) -> list[str]:
+    def _on_limits(self, language: str | None, degrees: bool) -> list[str]:
         """Solutions that count as within the limits though joints lie a measured number beyond them."""
         excess = np.maximum(self._setting.lower - self.own, self.own - self._setting.upper)
         most = excess.max(axis=1, initial=-np.inf)
         on = np.flatnonzero(self.within & (most > ROUNDED_LIMIT))
         if not len(on):
             return []
-        joint = self._setting.robot.joint_names[int(excess[on[most[on].argmax()]].argmax())]
-        details = {"solutions": _listed((on + 1).tolist()), "joint": joint, "excess": float(most[on].max())}
-        return [say("ik.on_limits", language=language, **details, measured=ON_LIMIT)]
+        i = int(excess[on[most[on].argmax()]].argmax())
+        scale, units = angle_units(self._setting.revolute, degrees=degrees)
+        details = {"solutions": _listed((on + 1).tolist()), "joint": self._setting.robot.joint_names[i]}
+        details |= {"excess": float(most[on].max() * scale[i]), "measured": ON_LIMIT * scale[i], "unit": units[i]}
+        return [say("ik.on_limits", language=language, **details)]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
@@ -353,7 +381,7 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
         nearest = winding_loops.nearest_rows(
             self.own[None], valid, start, setting.lower, setting.upper, setting.revolute
         )
-        return setting.part.lifted(nearest[0], given)
+        return setting.part.lift(nearest[0], given)
 
     def multi_turn_solutions(self, limit: int = 4096) -> JointVector:
         """(m, n) every solution within the limits, with every whole turn that its joints have room for.
@@ -366,7 +394,7 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
         choices = ([self._turns(float(x), i) for i, x in enumerate(q)] for q in self.own[self.within])
         rows = list(islice((row for one in choices for row in product(*one)), limit))
         own = np.reshape(rows, (-1, self.own.shape[-1]))
-        return self._setting.part.lifted(own, self._question.others)
+        return self._setting.part.lift(own, self._question.others)
 
     @property
     def _least_beyond(self) -> int:

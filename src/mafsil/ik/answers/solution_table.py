@@ -29,6 +29,8 @@ def solution_table(
     within: NDArray[np.bool_],
     revolute: NDArray[np.bool_],
     language: str | None = None,
+    *,
+    degrees: bool = False,
 ) -> list[str]:
     """Lines: number, branch, coordinates, residual, and whether the limits are kept, of each solution.
 
@@ -38,17 +40,18 @@ def solution_table(
         residual, within: (k,) of each.
         revolute: (n,) which coordinates are angles.
         language: `en` or `ar`; the current one if None.
+        degrees: angles in degrees.
     """
     n = q.shape[-1]
     shown = n if n <= MOST_COORDINATES else MOST_COORDINATES - 1
     cut = [ELLIPSIS] if shown < n else []
-    units = ["rad" if turns else "m" for turns in revolute[:shown]]
+    scale, units = angle_units(revolute[:shown], degrees=degrees)
     head = ["#", _column("branch", language), *(f"q{i} {unit}" for i, unit in enumerate(units, 1)), *cut]
     rows = [
         [
             str(k + 1),
             str(branches[k]),
-            *(f"{x + 0.0:.3f}" for x in q[k, :shown]),
+            *(f"{x + 0.0:.3f}" for x in q[k, :shown] * scale),
             *cut,
             f"{residual[k]:.0e}",
             say("ik.inside" if within[k] else "ik.outside", language=language),
@@ -58,6 +61,17 @@ def solution_table(
     # Rows beyond the last that is printed are counted only.
     rows += [[]] * (len(q) - len(rows))
     return table([*head, _column("residual", language), _column("limits", language)], rows, language) if rows else []
+
+
+def angle_units(revolute: NDArray[np.bool_], *, degrees: bool) -> tuple[Floats, list[str]]:
+    """(n,) the factor to what is printed, and its unit, of each coordinate.
+
+    Args:
+        revolute: (n,) which coordinates are angles.
+        degrees: angles in degrees.
+    """
+    scale = np.where(revolute & degrees, 180.0 / np.pi, 1.0)
+    return scale, [("deg" if degrees else "rad") if turns else "m" for turns in revolute]
 
 
 def pose_table(

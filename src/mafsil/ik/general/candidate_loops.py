@@ -6,8 +6,8 @@ from math import cos, sin
 from typing import TYPE_CHECKING, NamedTuple
 
 from mafsil.arrays import Booleans, Floats, Integers
-from mafsil.ik.general.closed_chain_loops import advanced, unit
-from mafsil.ik.general.elimination_loops import reflected
+from mafsil.ik.general.closed_chain_loops import apply_joint, unit
+from mafsil.ik.general.elimination_loops import reflect_column
 from mafsil.ik.tolerances import SMALLEST
 from mafsil.kernels.loops.lanes import buffer, lanes, magnitude, part, put, spread, square_root, where
 from mafsil.kernels.loops.loop import reordered
@@ -20,7 +20,7 @@ class Loop(NamedTuple):
     """The closed chain of an arm and the order in which its joints are eliminated.
 
     Attributes:
-        frames: (7, 3, 4) constants of the loop, see `closed`.
+        frames: (7, 3, 4) constants of the loop, see `close_loops`.
         prismatic: (6,) which joints are prismatic.
         order: (6,) coordinates a, b, c, d, e, f.
         left: (14, 27) constants of that order.
@@ -141,7 +141,7 @@ def _triangulate(E: Buffer, C: float, D: float, S: Buffer) -> None:
                 M[at + (6 if half == 0 else 0)] = t2
         # 3.
         for k in range(3):
-            reflected(M, k, 9, 9)
+            reflect_column(M, k, 9, 9)
         for r in range(3):
             for j in range(6):
                 S[6 * (3 * half + r) + j] = M[9 * (3 + r) + 3 + j]
@@ -259,7 +259,7 @@ def _last_joint(X: Buffer, frames: Floats, order: Integers, prismatic: Booleans,
             for j in range(4):
                 T[4 * r + j] = frames[start, r, j]
         for k in range(start, f if side == 0 else 6):
-            advanced(T, prismatic[k], q[2 * k], q[2 * k + 1], frames, k + 1)
+            apply_joint(T, prismatic[k], q[2 * k], q[2 * k + 1], frames, k + 1)
     # 2.
     cosine, sine = lanes(0.0), lanes(0.0)
     for r in range(3):
@@ -303,7 +303,7 @@ def _null_vector(S: Buffer, pick: int, N: Buffer) -> Lanes:
                 S[6 * r + k], S[6 * r + j] = where(longer, there, here), where(longer, here, there)
             here, there = order[k], order[j]
             order[k], order[j] = where(longer, there, here), where(longer, here, there)
-        reflected(S, k, 6, 6)
+        reflect_column(S, k, 6, 6)
     # 2.
     for v in range(2 if pick != 0 else 1):
         base = 6 * v

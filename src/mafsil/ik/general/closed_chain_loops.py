@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @reordered
-def advanced(T: Buffer, prismatic: bool, c: Lanes, s: Lanes, frames: Floats, k: int) -> None:
+def apply_joint(T: Buffer, prismatic: bool, c: Lanes, s: Lanes, frames: Floats, k: int) -> None:
     """T Z F_k in place of T: the joint moves about z by an angle, or along z.
 
     Args:
@@ -50,7 +50,7 @@ def unit(turns: Buffer, k: int, c: Lanes, s: Lanes) -> None:
 
 
 @reordered
-def turned(step: Lanes) -> tuple[Lanes, Lanes]:
+def small_rotation(step: Lanes) -> tuple[Lanes, Lanes]:
     """Cosine and sine of an angle of at most 0.6 rad, by their series: what is left out is below 1e-17."""
     x = step * step
     c = 1.0 - x / 182.0

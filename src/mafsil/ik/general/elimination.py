@@ -128,10 +128,10 @@ class Elimination:
         if not rank.min() > DETERMINED:
             return None
         q, error = np.empty((len(turns), 6)), np.empty(len(turns))
-        polish_loops.polished(frames, self.prismatic, P, rows, turns, q, error)
+        polish_loops.polish(frames, self.prismatic, P, rows, turns, q, error)
         return (
             (q[:count], error[:count])
-            if polish_loops.explained(zero, one.joints[2], self.prismatic, q, error, MATCHED)
+            if polish_loops.are_explained(zero, one.joints[2], self.prismatic, q, error, MATCHED)
             else None
         )
 
@@ -152,7 +152,7 @@ class Elimination:
             return systems.candidates(found.P, found.frames, self.prismatic, poses[row], at, zero, turn, pick)
 
         joints = systems.order.joints
-        found.explored(poses, zeros, candidates, [enough for _, _, enough in CHOICES], joints[2])
+        found.explore_zeros(poses, zeros, candidates, [enough for _, _, enough in CHOICES], joints[2])
 
     def _image(self, systems: _Systems, f: Floats) -> tuple[Floats, NDArray[np.int64], NDArray[np.bool_]]:
         """Zeros found on the projective image of the circle on which samples f (k, nodes) are most alike.
@@ -178,7 +178,7 @@ class Elimination:
 
     def _rounding(self, systems: _Systems, circle: Circle, coefficients: Floats) -> Floats:
         """(k,) what rounding in the equations does to the coefficients, measured by a larger disturbance."""
-        changed = self._sample(systems.disturbed(), circle)[1] - coefficients
+        changed = self._sample(systems.perturb(), circle)[1] - coefficients
         change = np.abs(changed[:, : 2 * self.degree + 1]).sum(axis=1)
         return 0.5 * EPS / DISTURBANCE * (1 + systems.condition()) * change
 
@@ -217,13 +217,13 @@ class _Systems:
         self.order, self.count = order, len(P)
         k = whole(len(P))
         self.A, self.Q, self.R = np.empty((k, 6, 27)), np.empty((k, 8, 15)), np.empty((k, 36))
-        elimination_loops.eliminated(P, *order.constants, self.A, self.Q, self.R)
+        elimination_loops.eliminate(P, *order.constants, self.A, self.Q, self.R)
 
     def chosen(self, rows: NDArray[np.intp]) -> _Systems:
         """Those of some poses."""
         return self._like(len(rows), self.A[rows], self.Q[rows], self.R[rows])
 
-    def disturbed(self) -> _Systems:
+    def perturb(self) -> _Systems:
         """With equations that are a little wrong."""
         A = self.A + DISTURBANCE * np.abs(self.A).max(axis=2, keepdims=True) * NOISE
         return self._like(self.count, A, self.Q, self.R)
@@ -254,7 +254,7 @@ class _Systems:
         turn: float,
         pick: int,
     ) -> tuple[Floats, Floats]:
-        """(m', 12) candidates of zeros, see `polished`, and how well they are determined (m,).
+        """(m', 12) candidates of zeros, see `polish`, and how well they are determined (m,).
 
         Args:
             P: (k, 4, 4) displacements of the loop.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @reordered
-def eliminated(
+def eliminate(
     P: Floats,
     before: Floats,
     lines: int,
@@ -206,7 +206,7 @@ def determinants(
                             M[9 * r + j] = K[6 * r + j]
                 # 2. and 3.
                 for k in range(3 if part < 2 else 5):
-                    out *= reflected(M, k, 9, columns)
+                    out *= reflect_column(M, k, 9, columns)
                 if part < 2:
                     for r in range(3):
                         for j in range(6):
@@ -228,7 +228,7 @@ def determinants(
 
 
 @reordered
-def reflected(M: Buffer, k: int, stride: int, columns: int) -> Lanes:
+def reflect_column(M: Buffer, k: int, stride: int, columns: int) -> Lanes:
     """One Householder step of six rows in place; the new diagonal entry.
 
     1. The column from the diagonal down becomes (alpha, 0, ...), alpha of the sign that does not cancel; the mirror's

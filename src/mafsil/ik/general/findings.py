@@ -29,7 +29,7 @@ WAYS: Floats = np.array([0.001, 0.01, 0.03, 0.1, 0.3, 0.6])
 """How far from a nearly singular solution along the direction that moves least [rad | unit of length]."""
 
 Candidates = Callable[[NDArray[np.int64], Floats, int], tuple[Floats, Floats]]
-"""From rows, zeros (m,) and a choice to candidates (m', 12), see `polished`, and how well they are determined (m,)."""
+"""From rows, zeros (m,) and a choice to candidates (m', 12), see `polish`, and how well they are determined (m,)."""
 
 
 class Findings:
@@ -50,20 +50,20 @@ class Findings:
         self.count, self.attempts = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64)
         self.proof = np.zeros(k, dtype=np.bool_)
 
-    def tried(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, NDArray[np.bool_]]:
+    def try_candidates(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, NDArray[np.bool_]]:
         """Newton's method on candidates; what became of them (m, 6), and which of them are solutions.
 
         Args:
             rows: (m,) which pose each belongs to.
-            turns: (m', 12) candidates as cosines and sines, see `polished`; lost.
+            turns: (m', 12) candidates as cosines and sines, see `polish`; lost.
         """
         q, size = self._polish(rows, turns)
-        polish_loops.noted(rows, q, size, self.prismatic, self.count, self.q, self.size)
+        polish_loops.note_new(rows, q, size, self.prismatic, self.count, self.q, self.size)
         return q, size < polish_loops.CLOSED
 
     def _polish(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, Floats]:
         q, size = np.empty((len(turns), 6)), np.empty(len(turns))
-        polish_loops.polished(self.frames, self.prismatic, self.P, rows, turns, q, size)
+        polish_loops.polish(self.frames, self.prismatic, self.P, rows, turns, q, size)
         return q[: len(rows)], size[: len(rows)]
 
     def turns(self, q: JointVector) -> Floats:
@@ -72,7 +72,7 @@ class Findings:
         turns[: len(q), :, 0], turns[: len(q), :, 1] = np.where(self.prismatic, q, np.cos(q)), np.sin(q)
         return turns.reshape(-1, 12)
 
-    def explored(
+    def explore_zeros(
         self,
         rows: NDArray[np.int64],
         zeros: tuple[Floats, NDArray[np.int64], NDArray[np.bool_]],
@@ -98,7 +98,7 @@ class Findings:
             if not len(todo):
                 break
             turns, rank = candidates(row[todo], zero[todo], choice)
-            q, closed = self.tried(rows[row[todo]], turns)
+            q, closed = self.try_candidates(rows[row[todo]], turns)
             # The solution must be that of this zero, else the zero is not explained.
             away = np.abs((q[:, joint] - zero[todo] + np.pi) % (2 * np.pi) - np.pi)
             here = closed & (away < MATCHED)
@@ -113,7 +113,7 @@ class Findings:
             todo = todo[~done]
         self.proof[rows] |= proven & (self.count[rows] == number)
 
-    def joined(self, rows: NDArray[np.int64], nearby: Findings) -> None:
+    def add_nearby(self, rows: NDArray[np.int64], nearby: Findings) -> None:
         """Solutions that those of poses nearby lead to are added, the best conditioned first.
 
         Lists end with the members of continua, which would fill them.
@@ -130,7 +130,7 @@ class Findings:
         values = np.linalg.svd(self._jacobians(q[closed]), compute_uv=False)
         best = closed[np.argsort(-values[:, 5] / values[:, 0], kind="stable")]
         self.q[rows], self.size[rows], self.count[rows] = np.nan, np.nan, 0
-        polish_loops.noted(row[best], q[best], size[best], self.prismatic, self.count, self.q, self.size)
+        polish_loops.note_new(row[best], q[best], size[best], self.prismatic, self.count, self.q, self.size)
 
     def look_beside(self, rows: NDArray[np.int64]) -> None:
         """Solutions beside nearly singular ones, where two meet at a fold, along the direction that moves least."""
@@ -143,7 +143,7 @@ class Findings:
         ways = np.concatenate([WAYS, -WAYS])
         starts = q[folded, None] + ways[:, None] * Vt[folded, None, 5]
         if len(folded):
-            self.tried(np.repeat(rows[row[folded]], len(ways)), self.turns(starts.reshape(-1, 6)))
+            self.try_candidates(np.repeat(rows[row[folded]], len(ways)), self.turns(starts.reshape(-1, 6)))
 
     def _jacobians(self, q: JointVector) -> Floats:
         """(m, 6, 6) rows (axis, velocity of the tip)."""

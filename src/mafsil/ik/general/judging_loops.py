@@ -11,7 +11,7 @@ from mafsil.kernels.loops.loop import compiled
 
 
 @compiled
-def judged(
+def judge_solutions(
     reached: Floats,
     T: Floats,
     rows: Integers,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats, Integers
-from mafsil.ik.general.closed_chain_loops import advanced, turned
+from mafsil.ik.general.closed_chain_loops import apply_joint, small_rotation
 from mafsil.ik.tolerances import CLOSED, LAST_CORRECTION, NO_BETTER, SAME
 from mafsil.kernels.loops.lanes import buffer, get, lane_bits, lanes, magnitude, put, spread, where
 from mafsil.kernels.loops.loop import reordered
@@ -25,7 +25,7 @@ LONGEST = 0.6
 
 
 @reordered
-def polished(
+def polish(
     frames: Floats, prismatic: Booleans, P: Floats, rows: Integers, turns: Floats, q: Floats, size: Floats
 ) -> None:
     """Newton's method on candidates, eight at a time; the largest errors that remain [rad, unit of length].
@@ -77,7 +77,7 @@ def polished(
         for k in range(6):
             for r in range(3):
                 J[7 * r + k], J[7 * (3 + r) + k] = T[4 * r + 2], T[4 * r + 3]
-            advanced(T, prismatic[k], Q[2 * k], Q[2 * k + 1], frames, k + 1)
+            apply_joint(T, prismatic[k], Q[2 * k], Q[2 * k + 1], frames, k + 1)
         error, before, count = _loop_error(T, X, J), errors[0], counts[0]
         errors[0], counts[0] = error, count + 1.0
         # 3.
@@ -104,7 +104,7 @@ def polished(
                 if prismatic[k]:
                     Q[2 * k] = c + step
                 else:
-                    cosine, sine = turned(step)
+                    cosine, sine = small_rotation(step)
                     Q[2 * k], Q[2 * k + 1] = c * cosine - s * sine, s * cosine + c * sine
     # 5.
     for begin in range(0, len(rows), 8):
@@ -192,7 +192,7 @@ def _solve(M: Buffer) -> None:
 
 
 @reordered
-def noted(
+def note_new(
     rows: Integers, q: Floats, size: Floats, prismatic: Booleans, found: Integers, q_out: Floats, size_out: Floats
 ) -> None:
     """Closed candidates that are new are written down.
@@ -219,7 +219,7 @@ def noted(
 
 
 @reordered
-def explained(zeros: Floats, joint: int, prismatic: Booleans, q: Floats, size: Floats, tolerance: float) -> bool:
+def are_explained(zeros: Floats, joint: int, prismatic: Booleans, q: Floats, size: Floats, tolerance: float) -> bool:
     """Whether each zero of one pose has led to a solution of its own with that value of the joint.
 
     Args:

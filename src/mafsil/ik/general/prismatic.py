@@ -78,7 +78,9 @@ class TwoPrismatic:
                 turns, _ = self._turns(P[row], order, theta, float(WAYS[choice]))
                 return found.turns(_with_lengths(self._chain, P[row], turns)), np.zeros(len(row))
 
-        found.explored(rows, (zeros + START, number, certain), candidates, [np.inf] * len(WAYS), self._revolute[order])
+        found.explore_zeros(
+            rows, (zeros + START, number, certain), candidates, [np.inf] * len(WAYS), self._revolute[order]
+        )
 
     def _samples(self, P: PoseMatrix, order: int) -> tuple[Floats, Floats]:
         """(k, nodes) values of the polynomial, and (k,) how far the prismatic joints are from parallel at most."""
@@ -141,7 +143,7 @@ class ThreePrismatic:
                 regular &= (apart > REGULAR) & (np.abs(lost) > REGULAR)
                 regular &= ~real | (np.abs(np.linalg.det(np.real(np.nan_to_num(S)))) > REGULAR)
                 q = _with_lengths(self._chain, P, moved)
-            _, closed = found.tried(rows[real], found.turns(q[real]))
+            _, closed = found.try_candidates(rows[real], found.turns(q[real]))
             number[real] += closed
             regular[np.flatnonzero(real)[~closed]] = False
         found.proof[rows] |= regular & (found.count[rows] == number)

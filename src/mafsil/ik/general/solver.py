@@ -57,7 +57,7 @@ class GeneralSolutions:
         """Those of one pose of a flat batch."""
         return GeneralSolutions(self.q[row], self.count[row], self.complete[row], self.error[row], self.attempts[row])
 
-    def shaped(self, batch: tuple[int, ...]) -> GeneralSolutions:
+    def reshape(self, batch: tuple[int, ...]) -> GeneralSolutions:
         """As many poses in another shape."""
         if batch == self.count.shape:
             return self
@@ -149,7 +149,7 @@ class _Machine:
         P[:, :3, 3] = (P[:, :3, 3] + P[:, :3, :3] @ self.middle - self.middle) / self.size
         P[~valid] = np.nan
         if len(P) == 1 and valid[0] and not self.added and (one := self._one(P, self.ranking[0])) is not None:
-            return one.shaped(batch)
+            return one.reshape(batch)
         count, done = max(1, -(-len(P) // CHUNK), min(threads, len(P) // FEW)), dict[int, Findings]()
         size = -(-len(P) // count)
 
@@ -167,7 +167,7 @@ class _Machine:
             q[stray], error[stray] = np.nan, np.nan
             order = np.argsort(stray, axis=1, kind="stable")
             q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
-        return GeneralSolutions(q[..., self.where], (~np.isnan(error)).sum(axis=1), proof, error, taken).shaped(batch)
+        return GeneralSolutions(q[..., self.where], (~np.isnan(error)).sum(axis=1), proof, error, taken).reshape(batch)
 
     def _one(self, P: PoseMatrix, order: int) -> GeneralSolutions | None:
         """All solutions of one pose (1, 4, 4) where an elimination order proves them at one look; else None."""
@@ -194,7 +194,7 @@ class _Machine:
             rows = rows[~found.proof[rows]]
         if beside and len(rows):
             ways = (P[rows] @ pose.exp(BESIDE)[:, None]).reshape(-1, 4, 4)
-            found.joined(rows, self._run(ways, orders, beside=False))
+            found.add_nearby(rows, self._run(ways, orders, beside=False))
         found.look_beside(rows)
         return found
 

@@ -19,7 +19,7 @@ from mafsil.ik.numerical.records import (
     Search,
 )
 from mafsil.ik.numerical.search_loops import TRUSTED, advance, ports
-from mafsil.kernels.loops import Held, compiled, opened
+from mafsil.kernels.loops import Held, compiled, open_held
 from mafsil.kernels.loops.kernel_calls import address, call_kernel
 
 EVERY = 1 << 40
@@ -42,7 +42,7 @@ def solve_batch(held: Held[Batch], allowed: int) -> int:
     Returns:
         Number of solved poses.
     """
-    batch = opened(held)
+    batch = open_held(held)
     plan, search, report = batch.plan, batch.search, batch.report
     # 1.
     for row in range(len(report)):
@@ -90,4 +90,4 @@ def resume(plan: Held[Plan], search: Held[Search], rounds: int, mode: int) -> in
     Args:
         plan, search, rounds, mode: as there.
     """
-    return advance(opened(plan), opened(search), rounds, mode)
+    return advance(open_held(plan), open_held(search), rounds, mode)

@@ -135,7 +135,7 @@ class Report:
     ) -> None:
         self.numbers, self.attempts, self.plan, self.codes, self.worst = numbers, attempts, plan, codes, worst
 
-    def shaped(self, batch: tuple[int, ...]) -> Report:
+    def reshape(self, batch: tuple[int, ...]) -> Report:
         """The same in the shape of a batch.
 
         Args:

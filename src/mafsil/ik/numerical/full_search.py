@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mafsil import threads
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.numerical.fast_search import BLOCK
-from mafsil.ik.numerical.preferred import PreferredConfiguration, approached
+from mafsil.ik.numerical.preferred import PreferredConfiguration, approach_goal
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.records import (
     BEGUN,
@@ -88,17 +88,17 @@ class FullSearch:
         unseen = ~np.isfinite(best[:, :-1]).all(axis=1)
         best[unseen, :-1] = np.clip(q0[unseen] if len(q0) else problem.middle, problem.lower, problem.upper)
         self._wind(best, rows)
-        found = self.plan.checked(best, T)
+        found = self.plan.check_best(best, T)
         if (found[3] != 1).any():
             self._again(best, attempts, T, found[3] == 1, allowed)
             self._wind(best, rows)
-            found = self.plan.checked(best, T)
+            found = self.plan.check_best(best, T)
             self._exact(best, attempts, T, found[3] == 1, rows)
             self._wind(best, rows)
-            found = self.plan.checked(best, T)
+            found = self.plan.check_best(best, T)
         if self.goal is not None:
-            approached(self.plan, best, T, self.goal.of(rows), found[3] == 1, self.deadline)
-            found = self.plan.checked(best, T)
+            approach_goal(self.plan, best, T, self.goal.of(rows), found[3] == 1, self.deadline)
+            found = self.plan.check_best(best, T)
         out, rotation, position, good = found
         report = self.report[rows]
         report[:, ROTATION_ERROR], report[:, POSITION_ERROR], report[:, DISTANCE] = rotation, position, distance
@@ -199,7 +199,7 @@ class FullSearch:
         report = self.report[rows]
         once = np.ones(len(left), np.int64)
         best, _ = free.run(T_sd[left], np.ascontiguousarray(report[left, CONFIGURATION:]), once, trust=False)
-        out, rotation, position, good = free.checked(best, T_sd[left])
+        out, rotation, position, good = free.check_best(best, T_sd[left])
         excess = np.maximum(problem.lower - best[:, :-1], best[:, :-1] - problem.upper)
         for k in np.flatnonzero((good == 1) & (excess.max(axis=1) <= ON_LIMIT)):
             row = left[k]
@@ -219,7 +219,7 @@ class FullSearch:
         allowed = np.full(len(rows), FREE_RESTARTS + 1)
         best, _ = free.run(T, np.empty((0, problem.robot.n)), allowed, trust=False, deadline=self.deadline)
         free.wind(best, problem.middle[None])
-        good = free.checked(best, T)[3] == 1
+        good = free.check_best(best, T)[3] == 1
         excess = np.maximum(problem.lower - best[:, :-1], best[:, :-1] - problem.upper)
         for row, q_excess in zip(rows[good], excess[good], strict=True):
             codes[row] = CODES[IKStatus.BEYOND_LIMITS]

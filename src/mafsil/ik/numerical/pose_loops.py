@@ -7,7 +7,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.numerical.records import REACHED, TWIST, Plan, Whole
 from mafsil.ik.problem import FARTHEST
-from mafsil.kernels.loops import Held, compiled, opened
+from mafsil.kernels.loops import Held, compiled, open_held
 
 
 @compiled
@@ -65,7 +65,7 @@ def clean(held: Held[Plan], T: Floats, out: Floats, distance: Floats) -> None:
         out: (poses, 16).
         distance: (poses) of the origin from the centre of the reach, -1 for rows that are no poses, out.
     """
-    plan = opened(held)
+    plan = open_held(held)
     for row in range(len(T)):
         distance[row] = clean_pose(plan, T[row], out[row])
 
@@ -118,7 +118,7 @@ def wind(held: Held[Plan], q: Floats, q0: JointVector) -> None:
         q: (poses, n + 1) configurations, changed.
         q0: (poses, n), or (1, n) for all.
     """
-    plan = opened(held)
+    plan = open_held(held)
     for row in range(len(q)):
         wind_one(plan, q[row], q0[row if len(q0) > 1 else 0])
 
@@ -158,6 +158,6 @@ def check(held: Held[Plan], checked: Floats, q: Floats, errors: Floats, good: Wh
         errors: (poses, 2) of rotation and position [rad, m], out.
         good: (poses) 1 where tolerances and bounds are met, out.
     """
-    plan = opened(held)
+    plan = open_held(held)
     for row in range(len(q)):
         good[row] = 1 if met(plan, q[row], checked[row, TWIST - REACHED :], errors[row]) else 0

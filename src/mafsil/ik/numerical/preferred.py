@@ -64,7 +64,7 @@ def preferred_configuration(
     return PreferredConfiguration(q, given / given.max())
 
 
-def approached(
+def approach_goal(
     plan: SearchPlan,
     best: Floats,
     T_sd: Floats,
@@ -91,7 +91,7 @@ def approached(
     q = _descend(plan, start, T_sd[rows], q_preferred, goal.weights, deadline)
     once = np.ones(len(rows), np.int64)
     back, _ = plan.run(T_sd[rows], q, once, trust=False, deadline=np.inf)
-    fine = plan.checked(back, T_sd[rows])[3] == 1
+    fine = plan.check_best(back, T_sd[rows])[3] == 1
     gains = fine & (local.cost(back[:, :-1]) < local.cost(start))
     best[rows[gains]] = back[gains]
 

@@ -113,7 +113,7 @@ class SearchPlan:
                 break
         return search.q, attempts
 
-    def checked(self, best: Floats, T_sd: Floats) -> tuple[Floats, Floats, Floats, NDArray[np.int64]]:
+    def check_best(self, best: Floats, T_sd: Floats) -> tuple[Floats, Floats, Floats, NDArray[np.int64]]:
         """Computed afresh: (k, 22) poses and twists left, (k,) rotation and position errors, (k,) 1 where all met."""
         k, best = len(best), np.ascontiguousarray(best)
         out = np.ascontiguousarray(self.check.ufunc(best[:, :-1], T_sd.reshape(k, 4, 4), self.vector))
@@ -153,7 +153,9 @@ def plan_of(problem: PoseProblem, task: PoseTask, seed: int) -> SearchPlan:
     pool = pool_of(problem, task, seed)
     centre, radius = problem.reach
     n = problem.robot.n
-    vector = np.concatenate([task.scaled(problem.length), task.axis, problem.lower, problem.upper], dtype=np.float64)
+    vector = np.concatenate(
+        [task.scaled_weights(problem.length), task.axis, problem.lower, problem.upper], dtype=np.float64
+    )
     record = Plan(
         rotation_limit=task.rotation_tolerance**2 / 4,
         position_limit=task.position_tolerance**2 / 4,

@@ -149,7 +149,7 @@ def judge(plan: Plan, search: Search, mode: int, before: Floats, after: Floats) 
         # 1.
         pose = lanes[place, POSE]
         attempts = search.attempts[pose]
-        found = judged(plan, mode, lanes[place], attempts, before[place], after[place], search.q[pose])
+        found = judge_step(plan, mode, lanes[place], attempts, before[place], after[place], search.q[pose])
         # 2.
         if found == CONTINUES:
             place += 1
@@ -206,7 +206,7 @@ def begin(plan: Plan, search: Search, place: int, q: JointVector) -> None:
 
 
 @compiled
-def judged(plan: Plan, mode: int, lane: Whole, attempts: Whole, before: Floats, after: Floats, best: Floats) -> int:
+def judge_step(plan: Plan, mode: int, lane: Whole, attempts: Whole, before: Floats, after: Floats, best: Floats) -> int:
     """How the step just made leaves a lane's attempt.
 
     1. Errors of what counts, in true and in scaled size.

@@ -139,7 +139,7 @@ def solve_ik(
     robot = as_robot(robot)
     if not robot.n:
         raise ModelError("robot.no_joints", robot=robot.name)
-    desired = membership.mended("pose", "T_sd", as_batch("T_sd", T_sd, (4, 4)))
+    desired = membership.snap_to_kind("pose", "T_sd", as_batch("T_sd", T_sd, (4, 4)))
     if frame is not None:
         require_kind("frame", frame, "str", "casefold")
     whole("restarts", restarts)
@@ -176,7 +176,7 @@ def solve_ik(
         report = Report(full.report, full.attempts, plan, full.codes, full.worst)
     if not batch and report.codes is not None and report.codes[0] == _NOT_A_POSE:
         printed_pose("T_sd", desired)
-    result = IKResult(report.shaped(batch).field)
+    result = IKResult(report.reshape(batch).field)
     return result if part.places is None else _lifted(result, part, first, preferred)
 
 
@@ -247,7 +247,7 @@ def _lifted(result: IKResult, part: MovingPart, first: JointVector | None, goal:
     """The answer in coordinates of the whole robot; its other joints at q0, at q_preferred, or in the middle."""
     chosen = [rows for rows in (first, goal) if rows is not None and len(rows)]
     others = chosen[0].reshape(*result.nearest.shape[:-1], part.whole.n) if chosen else part.middle
-    return result.with_joints(part.lifted(result.nearest, others))
+    return result.with_joints(part.lift(result.nearest, others))
 
 
 def _rows(name: str, given: ArrayLike | None, n: int, batch: tuple[int, ...]) -> JointVector:

@@ -71,7 +71,7 @@ class PoseTask:
         """Number of equations."""
         return int(np.count_nonzero(self.weights)) - int(self.one_axis and bool(self.weights[:3].all()))
 
-    def scaled(self, length: float) -> Vector6:
+    def scaled_weights(self, length: float) -> Vector6:
         """(6,) weights times 1 for rotations and 1 / length for positions; the largest of each kind counts so much."""
         most = float(self.weights.max())
         return self.weights / most * np.repeat([1.0, 1.0 / length], 3)

@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import UNNAMED
-from mafsil.ik.answers.candidate_table import unlabelled
+from mafsil.ik.answers.candidate_table import without_branch
 from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.search import Search, Start
 from mafsil.ik.answers.setting import CLEAR, Setting
@@ -18,7 +18,7 @@ from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
-from mafsil.ik.refine import distinct, refined
+from mafsil.ik.refine import distinct, refine_rows
 from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import AT_LIMIT, INWARDS, NEARLY_REACHED, ON_LIMIT
 from mafsil.ik.winding import wound_near
@@ -50,7 +50,7 @@ def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, f
     name, value = (None, free) if type(free) is float and isfinite(free) else _name(free)
     form = redundancy(setting.robot, name)
     answer = _regular(setting, form, T, value, tolerance)
-    return fixed(setting, form, _pose(T), value, tolerance) if answer is None else answer
+    return solve_known_form(setting, form, _pose(T), value, tolerance) if answer is None else answer
 
 
 def _name(free: float | Mapping[str, float]) -> tuple[str | None, float]:
@@ -102,7 +102,7 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
     return answer
 
 
-def answered(question: Question) -> SolutionSet:
+def answer_at(question: Question) -> SolutionSet:
     """The answer to a question; of seven coordinates without an exact closed form the locked joint is sought with care.
 
     Args:
@@ -117,13 +117,13 @@ def answered(question: Question) -> SolutionSet:
         answer = question.answer()
         if answer.within.any() or len(arm.locked) != 1 or question.setting.holds_one:
             return answer
-        other = tried(question)
+        other = try_locked(question)
         return other if other is not None and other.within.any() else answer
-    other = tried(question)
+    other = try_locked(question)
     return question.answer() if other is None else other
 
 
-def tried(question: Question) -> SolutionSet | None:
+def try_locked(question: Question) -> SolutionSet | None:
     """Solutions of an arm with seven coordinates whose others are solved once one is locked; None where there are none.
 
     The locked joint is at `near`, or where a search finds a solution within the limits, or at the nearest of some
@@ -140,7 +140,9 @@ def tried(question: Question) -> SolutionSet | None:
     form = redundancy(setting.robot)
     best: SolutionSet | None = None
     for value in _values(question, form):
-        answer = fixed(setting, form, question.T, value, question.tolerance, question.others, question.search)
+        answer = solve_known_form(
+            setting, form, question.T, value, question.tolerance, question.others, question.search
+        )
         if answer.within.any():
             return answer
         best = answer if len(answer.q) and best is None else best
@@ -180,7 +182,7 @@ def _at_limits(setting: Setting, form: Redundancy, T: PoseMatrix) -> Floats:
     return np.concatenate(found) if found else np.zeros(0)
 
 
-def fixed(
+def solve_known_form(
     setting: Setting,
     form: Redundancy,
     T: PoseMatrix,
@@ -203,7 +205,7 @@ def fixed(
     found = form.solve(T, np.array([value]))
     q = found.q[0][found.residual[0] <= NEARLY_REACHED]
     locked = (form.locked,) if form.parameter != ARM_ANGLE else ()
-    q, residual = refined(setting.robot, q, T, setting.mask, None, locked=locked)
+    q, residual = refine_rows(setting.robot, q, T, setting.mask, None, locked=locked)
     good = np.flatnonzero(residual <= tolerance)
     q, residual = q[good], residual[good]
     kept = distinct(q, setting.revolute)
@@ -213,7 +215,7 @@ def fixed(
         near[form.locked] = value
     allowed = (q >= setting.lower - ON_LIMIT) & (q <= setting.upper + ON_LIMIT)
     within = np.asarray(allowed.all(axis=1), dtype=np.bool_)
-    rows = unlabelled(q)
+    rows = without_branch(q)
     method = "elimination" if form.closed is None and form.angle_form is None else "closed form"
     question = Question(setting, T, near, tolerance, others, search)
     return SolutionSet(

@@ -15,10 +15,10 @@ from mafsil.ik.answers.redundant_batch import BatchRows, finite_poses
 from mafsil.ik.answers.search_batch import regular, sought_within_limits
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.problem import clean_poses
-from mafsil.ik.redundant.at_parameter import BESIDE, TRIED, answered
+from mafsil.ik.redundant.at_parameter import BESIDE, TRIED, answer_at
 from mafsil.ik.redundant.form import Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
-from mafsil.ik.refine import refined
+from mafsil.ik.refine import refine_rows
 from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import AT_LIMIT, NEARLY_REACHED, SAME
 from mafsil.ik.winding import wound_near
@@ -137,12 +137,12 @@ def _answer(
     places = part[settled]
     out.q[places], out.residual[places] = found.q[settled], found.residual[settled]
     out.valid[places] = np.isfinite(found.residual[settled])
-    out.within[places] = out.valid[places] & setting.allowed(found.q[settled])
+    out.within[places] = out.valid[places] & setting.within_limits(found.q[settled])
     out.set_status(places, IKStatus.CONTINUUM)
     out.set_status(places[~found.within[settled]], IKStatus.NOT_FOUND_WITHIN_LIMITS)
     out.set_status(part[beyond], IKStatus.OUT_OF_REACH)
     for i in np.flatnonzero(alone):
-        out.write(int(part[i]), answered(Question(setting, poses[i], near, tolerance)))
+        out.write(int(part[i]), answer_at(Question(setting, poses[i], near, tolerance)))
 
 
 def _try(
@@ -157,12 +157,12 @@ def _try(
     """Solutions of some poses with the redundant joint at values (one for each), kept if better than what is known."""
     if not len(rows):
         return
-    # As `fixed` does it for one pose.
+    # As `solve_known_form` does it for one pose.
     poses = T[rows]
     table = form.solve(poses, values[:, None])
     q, residual = table.q[:, 0], np.full((len(rows), ROWS), np.nan)
     pose, place = np.nonzero(table.residual[:, 0] <= NEARLY_REACHED)
-    q[pose, place], residual[pose, place] = refined(
+    q[pose, place], residual[pose, place] = refine_rows(
         setting.robot, q[pose, place], poses[pose], setting.mask, None, locked=(form.locked,)
     )
     good = residual <= tolerance
@@ -173,7 +173,7 @@ def _try(
     residual = np.where(good, np.take_along_axis(residual, order, axis=1), np.nan)
     q[~good] = np.nan
     listed = np.asarray(good.any(axis=1), dtype=np.bool_)
-    within = np.asarray((good & setting.allowed(q)).any(axis=1), dtype=np.bool_)
+    within = np.asarray((good & setting.within_limits(q)).any(axis=1), dtype=np.bool_)
     better = within | (listed & ~found.listed[rows])
     chosen = rows[better]
     found.q[chosen], found.residual[chosen] = q[better], residual[better]

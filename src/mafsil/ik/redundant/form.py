@@ -21,10 +21,10 @@ from mafsil.ik.general import GeneralSix
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
-from mafsil.ik.redundant.intervals import certified, programs, range_of
+from mafsil.ik.redundant.intervals import certify_intervals, programs, range_of
 from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern, has_redundant_joints, parametric_form
 from mafsil.ik.redundant.parametric_solutions import ParametricSolutions
-from mafsil.ik.refine import refined
+from mafsil.ik.refine import refine_rows
 from mafsil.ik.structure.analysis import analysis
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.structure.recognise import recognise_locked
@@ -142,7 +142,7 @@ class Redundancy:
         domain = self.domain(X)
         if given is None or self.closed.pattern.quartic:
             return [(*one, False) for one in self._sample(X, np.linspace(*domain, GRID))]
-        found = certified(given, X, self.locked, domain, own.lower, own.upper, ~own.revolute)
+        found = certify_intervals(given, X, self.locked, domain, own.lower, own.upper, ~own.revolute)
         sure = [(float(a), float(b), int(k), True) for a, b, k in zip(found.low, found.high, found.branch, strict=True)]
         doubtful = [(float(a), float(b), int(k)) for k, a, b in found.doubtful]
         return sure + [(*one, False) for one in self._in_doubt(X, doubtful)]
@@ -216,7 +216,7 @@ class Redundancy:
         near = own.middle.copy()
         near[self.locked] = value
         start = self.closed.solve(X, near).q[branch]
-        q, residual = refined(self.robot, start[None], X, own.mask, None, steps=MERGING, locked=(self.locked,))
+        q, residual = refine_rows(self.robot, start[None], X, own.mask, None, steps=MERGING, locked=(self.locked,))
         wound = wound_near(q[0], near, own.lower, own.upper, own.revolute)
         return np.where(residual[0] <= REACHED, wound, np.nan)
 
@@ -300,7 +300,7 @@ class Redundancy:
         """Every joint but the locked one at each of its limits, with the elimination of the six others."""
         low, high = self.robot.limits.lower, self.robot.limits.upper
         return tuple(
-            (k, float(limit), GeneralSix(self._chain.locked(k, float(limit))))
+            (k, float(limit), GeneralSix(self._chain.lock_joint(k, float(limit))))
             for k in range(7)
             for limit in (low[k], high[k])
             if k != self.locked and np.isfinite(limit)
@@ -376,7 +376,7 @@ def _redundancy(robot: Robot, parameter: str | None) -> Redundancy:
 @lru_cache(maxsize=128)
 def _lock(chain: Chain, locked: int, value: float) -> GeneralSix:
     """The other joints; its constants take longer than a pose, and searches try the same values for every pose."""
-    return GeneralSix(chain.locked(locked, value))
+    return GeneralSix(chain.lock_joint(locked, value))
 
 
 def _holding(chain: Chain, locked: int) -> ClosedForm | None:

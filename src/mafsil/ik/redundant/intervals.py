@@ -75,7 +75,7 @@ def range_of(
     return float(low if np.isfinite(low) else -far), float(high if np.isfinite(high) else far)
 
 
-def certified(
+def certify_intervals(
     programs: Programs,
     T: PoseMatrix,
     locked: int,

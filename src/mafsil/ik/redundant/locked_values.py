@@ -9,7 +9,7 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.redundant.form import Redundancy, redundancy
-from mafsil.ik.redundant.intervals import BranchIntervals, certified, programs, range_of
+from mafsil.ik.redundant.intervals import BranchIntervals, certify_intervals, programs, range_of
 from mafsil.ik.tolerances import INSET
 
 LOOKED_AT = 64
@@ -72,7 +72,7 @@ def branch_intervals(setting: Setting, T: PoseMatrix, *, limits: bool = True) ->
     endless = np.full(setting.robot.n, np.inf)
     lower, upper = (setting.lower, setting.upper) if limits else (-endless, endless)
     domain = range_of(arm.chain, locked, lower[locked], upper[locked], setting.robot.limits, T)
-    return certified(given, T, locked, domain, lower, upper, ~setting.revolute)
+    return certify_intervals(given, T, locked, domain, lower, upper, ~setting.revolute)
 
 
 def _by_arm_angle(setting: Setting) -> Redundancy | None:

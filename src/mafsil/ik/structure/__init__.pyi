@@ -19,7 +19,7 @@ from mafsil.ik.structure.puma_shape import puma_shape as puma_shape
 from mafsil.ik.structure.subproblems import distances as distances
 from mafsil.ik.structure.subproblems import heights as heights
 from mafsil.ik.structure.subproblems import linked_circles as linked_circles
-from mafsil.ik.structure.subproblems import projected as projected
+from mafsil.ik.structure.subproblems import project_off_axis as project_off_axis
 from mafsil.ik.structure.subproblems import signed_angle as signed_angle
 from mafsil.ik.structure.subproblems import strokes as strokes
 from mafsil.ik.structure.subproblems import three_axes as three_axes

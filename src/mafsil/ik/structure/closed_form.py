@@ -54,7 +54,7 @@ class Branches:
         """(*batch, branches) sum of 2^i over the coordinates i that are free."""
         return np.nan_to_num(self.table[..., -1]).astype(np.int64)
 
-    def found(self, tolerance: float = 1e-9) -> NDArray[np.bool_]:
+    def solves_pose(self, tolerance: float = 1e-9) -> NDArray[np.bool_]:
         """(*batch, branches) which rows solve the pose."""
         return self.residual <= tolerance
 

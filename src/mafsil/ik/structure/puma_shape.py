@@ -274,13 +274,13 @@ class ConjugatedWrist:
         self.T_w[:3, 3] = centre
         self.S = screws @ pose.adjoint(pose.inverse(self.T_w)).T
 
-    def conjugated(self, X: Floats) -> Floats:
+    def conjugate(self, X: Floats) -> Floats:
         """(4, 4) T_w^-1 X T_w of a displacement of the wrist in {s}."""
         return pose.inverse(self.T_w) @ X @ self.T_w
 
     def shift(self, X: Floats) -> float:
         """What moves the centre [m]: zero if the joints before the wrist are at a solution."""
-        return float(np.linalg.norm(self.conjugated(X)[:3, 3]))
+        return float(np.linalg.norm(self.conjugate(X)[:3, 3]))
 
 
 def conjugated_wrist(robot: RobotLike) -> ConjugatedWrist:

@@ -96,7 +96,7 @@ def _lock(chain: Chain, locked: tuple[int, ...]) -> Chain:
     """The chain without the locked joints, at generic values of these."""
     generic, seen = 0.4567 * chain.size, chain
     for k in reversed(locked):
-        seen = seen.locked(k, generic if chain.prismatic[k] else 0.4567)
+        seen = seen.lock_joint(k, generic if chain.prismatic[k] else 0.4567)
     return seen
 
 

@@ -46,7 +46,7 @@ def sides_of(chain: Chain, pattern: ArmPattern) -> ArmSides:
         chain: of the arm, base first.
         pattern: of its closed form.
     """
-    return _Sides(chain, pattern).found()
+    return _Sides(chain, pattern).arm_sides()
 
 
 def branch_kernel(sides: ArmSides) -> Kernel:
@@ -76,7 +76,7 @@ class _Sides:
         self.chain, self.pattern = chain, pattern
         self.joints, self.real = pattern.joints, all(joint >= 0 for joint in pattern.joints[:3])
 
-    def found(self) -> ArmSides:
+    def arm_sides(self) -> ArmSides:
         """The sides."""
         shoulder, elbow, wrist, exact = self._parts()
         chain = self.chain

@@ -139,7 +139,7 @@ def linked_circles(A: ArrayLike, B: ArrayLike, b: ArrayLike) -> Angles:
     return Angles.of(table, slice(2))
 
 
-def projected(w: ArrayLike, p: ArrayLike) -> Floats:
+def project_off_axis(w: ArrayLike, p: ArrayLike) -> Floats:
     """(*batch, 3) the part of a point or vector normal to an axis through the origin, p - (w . p) w.
 
     Args:
@@ -160,7 +160,7 @@ def signed_angle(w: ArrayLike, a: ArrayLike, b: ArrayLike) -> Floats:
         w: (*batch, 3) unit axis.
         a, b: (*batch, 3) vectors.
     """
-    axis, u, v = as_batch("w", w, (3,)), projected(w, a), projected(w, b)
+    axis, u, v = as_batch("w", w, (3,)), project_off_axis(w, a), project_off_axis(w, b)
     return np.arctan2((axis * np.cross(u, v)).sum(axis=-1), (u * v).sum(axis=-1))
 
 

@@ -104,7 +104,7 @@ class Frames:
             "job.unknown_frame", path, frame=visible(name), known=", ".join(map(visible, self._poses)) or "-"
         )
 
-    def placed(self, given: Placed | PlacedObstacle, path: Path) -> PoseMatrix:
+    def place(self, given: Placed | PlacedObstacle, path: Path) -> PoseMatrix:
         """(4, 4) in {s} of what is placed; in a frame it has the frame's orientation if it names none."""
         own = pose_matrix(_plain(given), degrees=self.degrees)
         return own if given.frame is None else self.pose(given.frame, (*path, "frame")) @ own
@@ -133,7 +133,7 @@ class Frames:
         """
         if given.frame is None:
             return _plain(given)
-        T, carrier = self.placed(given, path), self.carrier(given.frame)
+        T, carrier = self.place(given, path), self.carrier(given.frame)
         T = T if carrier is None else inverse(self._poses[carrier]) @ T
         return Pose(position=_three(T), quaternion=None if free else _four(T[:3, :3]))
 
@@ -143,11 +143,11 @@ class Frames:
         plain = {name: getattr(given, name) for name in names}
         if given.frame is not None:
             self.require_standing(given.frame, (*path, "frame"))
-            T = self.placed(given, path)
+            T = self.place(given, path)
             plain |= {"position": _three(T), "rpy": None, "quaternion": _four(T[:3, :3])}
         return Obstacle(**plain)
 
-    def kept(self, given: PlacedConstraints, path: Path) -> PathConstraints:
+    def constraints_in_space(self, given: PlacedConstraints, path: Path) -> PathConstraints:
         """What is kept, its directions in {s}."""
         plain = {name: getattr(given, name) for name in PathConstraints.__struct_fields__}
         if given.frame is not None:
@@ -184,7 +184,7 @@ class Frames:
                 raise self._error("job.frame_circle", place, circle=circle)
             if parent in frames:
                 self._settle(parent, frames, (*above, name))
-        self._poses[name] = self.placed(frames[name], ("frame", name))
+        self._poses[name] = self.place(frames[name], ("frame", name))
 
 
 def pose_of(T: PoseMatrix) -> Pose:

@@ -99,7 +99,7 @@ def refuse_not_finite(value: Any, path: Path, error: Complaint) -> None:
         refuse_not_finite(inner, (*path, name), error)
 
 
-def translated(found: msgspec.ValidationError, data: Any, error: Complaint) -> JobError:
+def translate_complaint(found: msgspec.ValidationError, data: Any, error: Complaint) -> JobError:
     """Msgspec's complaint with its path, in our words."""
     text = str(found)
     path = path_of(text, data)

@@ -41,7 +41,7 @@ def places(
     if pattern.file is not None:
         if pattern.count or pattern.pitch:
             raise error("job.pattern_file", ("pattern", name))
-        given = frames.placed(msgspec.structs.replace(pattern, frame=None), ("pattern", name))
+        given = frames.place(msgspec.structs.replace(pattern, frame=None), ("pattern", name))
         rows = _of_file(folder / pattern.file, unit, degrees=frames.degrees)
         rows[:, :3, 3] += given[:3, 3]
         rows[:, :3, :3] = rows[:, :3, :3] @ given[:3, :3]
@@ -51,7 +51,7 @@ def places(
         raise error("job.pattern_pitch", ("pattern", name), count=len(pattern.count), pitch=len(pattern.pitch))
     if prod(pattern.count) > MOST_PLACES:
         raise error("job.too_many_places", ("pattern", name, "count"), places=prod(pattern.count), most=MOST_PLACES)
-    origin = frames.placed(pattern, ("pattern", name))
+    origin = frames.place(pattern, ("pattern", name))
     found: list[tuple[str, PoseMatrix]] = []
     backwards = pattern.order == "snake"
     for row, above in enumerate(product(*(range(count) for count in reversed(pattern.count[1:])))):

@@ -27,7 +27,7 @@ Named = TypeVar("Named")
 AnyMove = TypeVar("AnyMove", Move, OtherMove)
 
 
-def resolved(file: JobFile, others: tuple[OtherRobot, ...], folder: FilePath, error: Complaint) -> Job:
+def resolve(file: JobFile, others: tuple[OtherRobot, ...], folder: FilePath, error: Complaint) -> Job:
     """The job that a file asks for.
 
     1. Frames, each in {s}.
@@ -47,7 +47,7 @@ def resolved(file: JobFile, others: tuple[OtherRobot, ...], folder: FilePath, er
     # 1
     reader = _Resolver(file, Frames.of(file, error), folder, error)
     # 3
-    made = list(reader.unrolled(file.move, ("move",), reader.frames, ""))
+    made = list(reader.unroll(file.move, ("move",), reader.frames, ""))
     start = Start(
         joints=reader.joints(file.start.joints, ("start", "joints")),
         pose=reader.goal(file.start.pose, ("start", "pose"), reader.frames),
@@ -64,7 +64,7 @@ def resolved(file: JobFile, others: tuple[OtherRobot, ...], folder: FilePath, er
     return Job(**head, start=start, obstacle=obstacles, other_robot=others, move=moves, origins=origins)
 
 
-def named(name: str, place: str) -> str:
+def move_name(name: str, place: str) -> str:
     """A move as sentences call it: by its name, and the place of the loop."""
     return f"{name} ({place})" if name and place else name or place
 
@@ -105,7 +105,7 @@ class _Resolver:
             name: places(pattern, name, frames, unit, folder, error) for name, pattern in file.pattern.items()
         }
 
-    def unrolled(
+    def unroll(
         self, statements: tuple[Statement, ...], path: Path, frames: Frames, place: str
     ) -> Iterator[tuple[Move, Path]]:
         """Moves of statements, with where they stand in the file."""
@@ -121,11 +121,11 @@ class _Resolver:
                 yield self.move(statement, here, frames, place), here
                 continue
             ways = [
-                list(self.unrolled(inner, (*here, key), frames, place))
+                list(self.unroll(inner, (*here, key), frames, place))
                 for key, inner in (("then", statement.then), ("else", statement.else_ or ()))
             ]
             fork = Fork(tests=statement.if_, skip=len(ways[0]), other=bool(ways[1]))
-            yield Move(name=named(statement.name, place), fork=fork), here
+            yield Move(name=move_name(statement.name, place), fork=fork), here
             yield from past(ways[0], len(ways[1]))
             yield from ways[1]
 
@@ -142,7 +142,7 @@ class _Resolver:
         left = sum(len(moves) + 1 for moves in whole)
         for moves in whole:
             fork = Fork(tests=statement.while_, skip=left - 1, loop=True)
-            yield Move(name=named(statement.name, place), fork=fork), path
+            yield Move(name=move_name(statement.name, place), fork=fork), path
             yield from moves
             left -= len(moves) + 1
 
@@ -153,7 +153,7 @@ class _Resolver:
         for _ in range(statement.repeat or 1):
             for label, poses in self.rounds(statement, path):
                 both = " ".join(word for word in (place, label) if word)
-                yield list(self.unrolled(inner, (*path, "do"), frames.inside(poses), both))
+                yield list(self.unroll(inner, (*path, "do"), frames.inside(poses), both))
 
     def rounds(self, statement: Statement, path: Path) -> list[tuple[str, dict[str, PoseMatrix]]]:
         """Label and frames of each round of a loop; one without both of a plain one."""
@@ -175,14 +175,16 @@ class _Resolver:
     def move(self, statement: Statement, path: Path, frames: Frames, place: str) -> Move:
         """One move, its name with the place of the loop."""
         given: dict[str, Any] = {each: getattr(statement, each) for each in Step.__struct_fields__}
-        given["name"] = named(statement.name, place)
+        given["name"] = move_name(statement.name, place)
         # 4
         given["joints"] = self.joints(statement.joints, (*path, "joints"))
         given["tool"] = self.tool(statement.tool, (*path, "tool"))
         given["pick"] = self.part(statement.pick, (*path, "pick"))
         given["pose"] = self.goal(statement.pose, (*path, "pose"), frames)
         given["constraints"] = (
-            None if statement.constraints is None else frames.kept(statement.constraints, (*path, "constraints"))
+            None
+            if statement.constraints is None
+            else frames.constraints_in_space(statement.constraints, (*path, "constraints"))
         )
         given["via"] = tuple(
             self.via(each, statement, (*path, "via", k), frames) for k, each in enumerate(statement.via)
@@ -246,7 +248,7 @@ class _Resolver:
                 places = self.looked_up(given.at, self.places, "pattern", path)
                 yield from ((part, pose_of(T), carrier) for _, T in places)
             elif given.at is not None:
-                yield part, pose_of(self.frames.placed(given.at, path)), carrier
+                yield part, pose_of(self.frames.place(given.at, path)), carrier
 
     def goal(self, given: PlacedGoal | str | None, path: Path, frames: Frames) -> Goal | None:
         """A goal, of a name the pose that it names."""

@@ -14,7 +14,7 @@ TABLE = "variables"
 _NAME = re.compile(r"\$([A-Za-z_][A-Za-z0-9_]*)")
 
 
-def substituted(data: dict[str, Any], given: Mapping[str, object], error: Complaint) -> dict[str, Any]:
+def fill_variables(data: dict[str, Any], given: Mapping[str, object], error: Complaint) -> dict[str, Any]:
     """The tables of a file with values for names; the table of variables with those that are given.
 
     Args:

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 
 from mafsil.errors import FileError, InputError
 from mafsil.kernels.export.c import text
-from mafsil.kernels.export.legend import Legend, symbol, wrapped
+from mafsil.kernels.export.legend import Legend, symbol, wrap_text
 from mafsil.kernels.export.objects.bundle import bundle, layout_text
 from mafsil.kernels.export.objects.machines import machine
 from mafsil.kernels.export.objects.object_file import object_file, rows_prototype, symbols
@@ -152,7 +152,7 @@ def _launch_notes(program: GridProgram) -> tuple[str, ...]:
     return (
         f"Kernel {program.name}: {program.plan.threads} threads in a block, (rows + {program.plan.threads - 1}) / "
         f"{program.plan.threads} blocks, no dynamic shared memory.",
-        *wrapped(f"Parameters: {'; '.join([*inputs, *outputs, 'rows (64 bits)'])}.", "  "),
+        *wrap_text(f"Parameters: {'; '.join([*inputs, *outputs, 'rows (64 bits)'])}.", "  "),
         "Rows lie one after another without gaps. Row r of the batch takes row r of an input whose modulus is 0,",
         "and row (r / divisor) mod modulus of one that is broadcast; the divisor is 1 or more.",
     )

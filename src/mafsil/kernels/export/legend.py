@@ -42,12 +42,12 @@ class Legend:
         for side, ports in (("in", signature.inputs), ("out", signature.outputs)):
             for port in ports:
                 words = harmless(self.ports.get(port.name, ""))
-                found += wrapped(f"{side:3} {port_name(port)}{_shape(port)}: {words}".rstrip(": "), "      ")
+                found += wrap_text(f"{side:3} {port_name(port)}{_shape(port)}: {words}".rstrip(": "), "      ")
         found += ["", "Matrices are stored row by row. SI units, radians; a twist is (omega, v), a wrench (m, f)."]
         return [*found, "You may use this file as you like."]
 
 
-def wrapped(text: str, indent: str = "") -> list[str]:
+def wrap_text(text: str, indent: str = "") -> list[str]:
     """Lines of at most 110 characters."""
     return wrap(text, 110, subsequent_indent=indent) or [""]
 

@@ -1,5 +1,5 @@
 from mafsil.kernels.loops.held import Held as Held
-from mafsil.kernels.loops.held import opened as opened
+from mafsil.kernels.loops.held import open_held as open_held
 from mafsil.kernels.loops.holding import hold as hold
 from mafsil.kernels.loops.loop import compiled as compiled
 from mafsil.kernels.loops.loop import inlined as inlined

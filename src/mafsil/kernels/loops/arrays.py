@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 from mafsil.kernels import target
 from mafsil.kernels.loops.block import METADATA, Block, Value, constant
-from mafsil.kernels.loops.kinds import INTEGER, Array, Number, Tuple, array_of, refused, tuple_of
-from mafsil.kernels.loops.numbers import arithmetic, compared, converted, selected
+from mafsil.kernels.loops.kinds import INTEGER, Array, Number, Tuple, array_of, refusal, tuple_of
+from mafsil.kernels.loops.numbers import arithmetic, compare, convert, select_value
 
 ALLOCATE, RELEASE, TIMES = "mafsil_allocate", "mafsil_release", "mafsil_times"
 ALIGNMENT = 64
@@ -48,7 +48,7 @@ def _digits(part: str) -> int | None:
     return int(part) if part.isdigit() else None
 
 
-def made(kind: Array, data: str, shape: list[Value], strides: list[Value] | None = None) -> Value:
+def make_array(kind: Array, data: str, shape: list[Value], strides: list[Value] | None = None) -> Value:
     """An array of these parts."""
     return Value(kind, (data, *(size.name for size in shape), *(stride.name for stride in strides or ())))
 
@@ -73,7 +73,7 @@ def general(block: Block, value: Value) -> Value:
     assert isinstance(kind, Array)
     if not kind.contiguous:
         return value
-    return made(array_of(kind.of, kind.ndim, False), value.name, sizes(value), strides(block, value))
+    return make_array(array_of(kind.of, kind.ndim, False), value.name, sizes(value), strides(block, value))
 
 
 def _of(block: Block, operation: str, a: Value, b: Value) -> Value:
@@ -82,22 +82,22 @@ def _of(block: Block, operation: str, a: Value, b: Value) -> Value:
     return found
 
 
-def wrapped(block: Block, index: Value, size: Value) -> Value:
+def wrap_index(block: Block, index: Value, size: Value) -> Value:
     """An index that counts from the end where it is negative."""
-    index = converted(block, index, INTEGER)
+    index = convert(block, index, INTEGER)
     if index.natural:
         return index
     if index.constant is not None:
         return _of(block, "+", size, index)
-    below = compared(block, "<", index, constant(0))
-    return selected(block, below.name, _of(block, "+", index, size), index)
+    below = compare(block, "<", index, constant(0))
+    return select_value(block, below.name, _of(block, "+", index, size), index)
 
 
 def place(block: Block, array: Value, indices: list[Value]) -> str:
     """Address of an element."""
     kind, shape = array.kind, sizes(array)
     assert isinstance(kind, Array)
-    found = [wrapped(block, index, size) for index, size in zip(indices, shape, strict=True)]
+    found = [wrap_index(block, index, size) for index, size in zip(indices, shape, strict=True)]
     if not kind.contiguous:
         return _stepped(block, array.name, found, strides(block, array))
     total = found[0]
@@ -121,7 +121,7 @@ def view(block: Block, array: Value, indices: list[Index]) -> Value:
     kind, shape, steps = array.kind, sizes(array), strides(block, array)
     assert isinstance(kind, Array)
     if len(indices) > kind.ndim:
-        raise refused(f"{len(indices)} indices of {kind}")
+        raise refusal(f"{len(indices)} indices of {kind}")
     starts: list[Value] = []
     left: list[Value] = []
     left_steps: list[Value] = []
@@ -133,10 +133,10 @@ def view(block: Block, array: Value, indices: list[Index]) -> Value:
             left.append(count)
             left_steps.append(step)
         else:
-            starts.append(wrapped(block, index, size))
+            starts.append(wrap_index(block, index, size))
     data = _stepped(block, array.name, starts, steps)
     contiguous = kind.contiguous and _stays_contiguous(indices)
-    return made(array_of(kind.of, len(left), contiguous), data, left, None if contiguous else left_steps)
+    return make_array(array_of(kind.of, len(left), contiguous), data, left, None if contiguous else left_steps)
 
 
 def _stays_contiguous(indices: list[Index]) -> bool:
@@ -156,23 +156,23 @@ def _cut(block: Block, span: Span, size: Value, step: Value) -> tuple[Value, Val
     if first.constant == 0:
         return first, last, step
     count = _of(block, "-", last, first)
-    below = compared(block, "<", count, constant(0))
-    found = selected(block, below.name, constant(0), count)
+    below = compare(block, "<", count, constant(0))
+    found = select_value(block, below.name, constant(0), count)
     return first, Value(INTEGER, found.parts, None, True), step
 
 
 def _inside(block: Block, end: Value, size: Value) -> Value:
     if end.constant == 0:
         return end
-    end = wrapped(block, end, size)
+    end = wrap_index(block, end, size)
     if not end.natural:
-        low = compared(block, "<", end, constant(0))
-        end = selected(block, low.name, constant(0), end)
-    high = compared(block, ">", end, size)
-    return Value(INTEGER, selected(block, high.name, size, end).parts, None, True)
+        low = compare(block, "<", end, constant(0))
+        end = select_value(block, low.name, constant(0), end)
+    high = compare(block, ">", end, size)
+    return Value(INTEGER, select_value(block, high.name, size, end).parts, None, True)
 
 
-def allocated(block: Block, of: Number, shape: list[Value], region: str | None) -> Value:
+def allocate(block: Block, of: Number, shape: list[Value], region: str | None) -> Value:
     """A new array; its address is null where memory is lacking.
 
     Args:
@@ -182,7 +182,7 @@ def allocated(block: Block, of: Number, shape: list[Value], region: str | None) 
         region: list of memory that it joins; None on the stack, where sizes are constants.
     """
     kind = array_of(of, len(shape))
-    shape = [Value(INTEGER, converted(block, each, INTEGER).parts, each.constant, True) for each in shape]
+    shape = [Value(INTEGER, convert(block, each, INTEGER).parts, each.constant, True) for each in shape]
     if region is None:
         data = block.room(max(fixed_size(of, shape) or 0, 8), ALIGNMENT)
     else:
@@ -190,7 +190,7 @@ def allocated(block: Block, of: Number, shape: list[Value], region: str | None) 
         for each in shape:
             size = block.call(TIMES, "i64", f"i64 {size}", f"i64 {each.name}")
         data = block.call(ALLOCATE, "ptr", f"i64 {size}", f"ptr {region}")
-    return made(kind, data, shape)
+    return make_array(kind, data, shape)
 
 
 def clear(block: Block, array: Value) -> None:
@@ -212,36 +212,36 @@ def fixed_size(of: Number, shape: list[Value]) -> int | None:
     return total
 
 
-def viewed(block: Block, array: Value, of: Number) -> Value:
+def view_as(block: Block, array: Value, of: Number) -> Value:
     """The same memory as elements of another kind, of the last axis."""
     kind, shape = array.kind, sizes(array)
     assert isinstance(kind, Array)
     have, want = kind.itemsize, array_of(of, 1).itemsize
     if not kind.contiguous or (have != want and not shape):
-        raise refused(f"{kind} as {of}")
+        raise refusal(f"{kind} as {of}")
     if have > want:
         shape[-1] = _of(block, "*", shape[-1], constant(have // want))
     elif have < want:
         shape[-1] = _of(block, "//", shape[-1], constant(want // have))
-    return made(array_of(of, kind.ndim), array.name, shape)
+    return make_array(array_of(of, kind.ndim), array.name, shape)
 
 
-def reshaped(array: Value, shape: list[Value]) -> Value:
+def reshape_array(array: Value, shape: list[Value]) -> Value:
     """The same elements under other sizes, which the caller has right."""
     kind = array.kind
     assert isinstance(kind, Array)
     if not kind.contiguous:
-        raise refused(f"other sizes for {kind}")
-    return made(array_of(kind.of, len(shape)), array.name, shape)
+        raise refusal(f"other sizes for {kind}")
+    return make_array(array_of(kind.of, len(shape)), array.name, shape)
 
 
-def transposed(block: Block, array: Value) -> Value:
+def transpose(block: Block, array: Value) -> Value:
     """The axes in the other order."""
     kind = array.kind
     assert isinstance(kind, Array)
     if kind.ndim < 2:
         return array
-    return made(array_of(kind.of, kind.ndim, False), array.name, sizes(array)[::-1], strides(block, array)[::-1])
+    return make_array(array_of(kind.of, kind.ndim, False), array.name, sizes(array)[::-1], strides(block, array)[::-1])
 
 
 def shape_of(array: Value) -> Value:

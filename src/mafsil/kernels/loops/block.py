@@ -28,7 +28,7 @@ from mafsil.kernels.loops.kinds import (
     Kind,
     Number,
     Tuple,
-    refused,
+    refusal,
     slot_size,
 )
 
@@ -184,7 +184,7 @@ class Block:
     def table(self, kind: Array, numbers: NDArray[Any]) -> Value:
         """An array of the module as constants of the code."""
         if kind.of not in (REAL, INTEGER) or not kind.contiguous:
-            raise refused(f"{kind} as constants")
+            raise refusal(f"{kind} as constants")
         name = f"@table.{hashlib.blake2b(numbers.tobytes(), digest_size=8).hexdigest()}"
         texts = [constant(number).name for number in numbers.reshape(-1).tolist()]
         of = f"[{len(texts)} x {kind.of.element}]"
@@ -208,10 +208,10 @@ class Block:
 
     def keep(self, value: Value, cells: tuple[str, ...]) -> None:
         """Give a variable its value."""
-        for part, kind, cell in zip(self.exploded(value).parts, value.kind.parts, cells, strict=True):
+        for part, kind, cell in zip(self.explode(value).parts, value.kind.parts, cells, strict=True):
             self.do(f"store {kind} {part}, ptr {cell}")
 
-    def kept(self, kind: Kind, cells: tuple[str, ...]) -> Value:
+    def read_variable(self, kind: Kind, cells: tuple[str, ...]) -> Value:
         """The value of a variable."""
         return Value(
             kind, tuple(self.let(f"load {part}, ptr {cell}") for part, cell in zip(kind.parts, cells, strict=True))
@@ -223,11 +223,11 @@ class Block:
         assert isinstance(kind, Tuple)
         item = kind.items[index]
         if isinstance(value, Referred):
-            return self.referred(item, value.base, value.offset + kind.offsets[index], value.fixed)
+            return self.refer(item, value.base, value.offset + kind.offsets[index], value.fixed)
         begin = sum(len(each.parts) for each in kind.items[:index])
         return Value(item, value.parts[begin : begin + len(item.parts)])
 
-    def referred(self, kind: Kind, base: str, offset: int, fixed: bool) -> Value:
+    def refer(self, kind: Kind, base: str, offset: int, fixed: bool) -> Value:
         """What lies in slots of memory; a tuple is not read yet."""
         if isinstance(kind, Tuple) and kind.items:
             return Referred(kind, base, offset, fixed)
@@ -237,13 +237,13 @@ class Block:
             offset += slot_size(part)
         return Value(kind, tuple(parts))
 
-    def exploded(self, value: Value) -> Value:
+    def explode(self, value: Value) -> Value:
         """The value with all its parts at hand."""
         if not isinstance(value, Referred):
             return value
         kind = value.kind
         assert isinstance(kind, Tuple)
-        items = [self.exploded(self.item(value, i)) for i in range(len(kind.items))]
+        items = [self.explode(self.item(value, i)) for i in range(len(kind.items))]
         return Value(kind, sum((item.parts for item in items), ()))
 
     def address_of(self, value: Value) -> str:
@@ -256,11 +256,11 @@ class Block:
             offset += slot_size(kind)
         return place
 
-    def opened(self, held: Value) -> Value:
+    def open_tuple(self, held: Value) -> Value:
         """The tuple that is held."""
         kind = held.kind
         assert isinstance(kind, Held)
-        return self.referred(kind.value, held.name, 0, True)
+        return self.refer(kind.value, held.name, 0, True)
 
     def offset(self, base: str, offset: int) -> str:
         """An address so many bytes on."""
@@ -350,7 +350,7 @@ METADATA = (
 
 def tuple_value(block: Block, kind: Tuple, items: list[Value]) -> Value:
     """A tuple of these values."""
-    exploded = [block.exploded(item) for item in items]
+    exploded = [block.explode(item) for item in items]
     return Value(kind, sum((item.parts for item in exploded), ()))
 
 
@@ -363,7 +363,7 @@ class Translator(Protocol):
         """The result of an operation."""
         ...
 
-    def allocated(self, of: Number, shape: list[Value], *, clear: bool = False) -> Value:
+    def allocate(self, of: Number, shape: list[Value], *, clear: bool = False) -> Value:
         """A new array."""
         ...
 

@@ -99,7 +99,7 @@ def builtin(address: int, name: str, keep: Any, classes: list[type[Any]]) -> Cal
     return runtime.builtin(runtime.method_def(texts[0], address, _FASTCALL, texts[1]), None, name)
 
 
-def bound(bind: int, target: int, classes: list[type[Any]]) -> Any:
+def bind_entry(bind: int, target: int, classes: list[type[Any]]) -> Any:
     """Tell an entry the addresses of this process; what must live as long as it."""
     table = (ctypes.c_void_p * max(len(classes), 1))(*map(id, classes))
     taken = ctypes.addressof(_links()), ctypes.addressof(table), target

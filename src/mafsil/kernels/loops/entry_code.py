@@ -21,8 +21,8 @@ from mafsil.kernels.loops.kinds import (
     Tuple,
     by_address,
     has_arrays,
-    refused,
-    returned,
+    refusal,
+    return_types,
 )
 from mafsil.kernels.runtime import (
     ARRAY_DATA,
@@ -118,7 +118,7 @@ class Entry:
         self.call("Py_IncRef", found)
         self.block.end(f"ret ptr {found}")
 
-    def typed(self, of: str, name: str) -> None:
+    def require_type(self, of: str, name: str) -> None:
         """Go on if an object is of the very type."""
         self.test(f"icmp eq ptr {self.load('ptr', of, TYPE)}, {self.link(name)}")
 
@@ -153,7 +153,7 @@ class Entry:
         if kind.named:
             self.of_class(of, kind.named)
         else:
-            self.typed(of, "tuple")
+            self.require_type(of, "tuple")
             self.test(f"icmp eq i64 {self.load('i64', of, SIZE)}, {len(kind.items)}")
         return [self.load("ptr", of, tuple.__basicsize__ + SLOT * i) for i in range(len(kind.items))]
 
@@ -177,9 +177,9 @@ class Entry:
         """The parts of a number: Python's own, or NumPy's."""
         own = _OWN_TYPES.get(kind)
         if own is None:
-            raise refused(f"{kind} as an argument from Python")
+            raise refusal(f"{kind} as an argument from Python")
         if kind is UNSIGNED:
-            self.typed(of, own)
+            self.require_type(of, own)
             return [self.load("i64", of, FLOAT_VALUE)]
         block = self.block
         other, mine, joined = block.fresh("numpy"), block.fresh("python"), block.fresh("joined")
@@ -190,7 +190,7 @@ class Entry:
         first_end = block.here
         block.jump(joined)
         block.label(other)
-        self.typed(of, f"np{own}")
+        self.require_type(of, f"np{own}")
         second = [
             self.load({"i1": "i8"}.get(part, part), of, FLOAT_VALUE + SLOT * i) for i, part in enumerate(kind.parts)
         ]
@@ -240,7 +240,7 @@ class Entry:
         if self.shares:
             block.heads += ["  %region = alloca ptr", "  store ptr null, ptr %region"]
             given = [*given, "ptr %region"]
-        kinds = returned(result, self.fails)
+        kinds = return_types(result, self.fails)
         llvm = kinds[0] if len(kinds) == 1 else f"{{ {', '.join(kinds)} }}" if kinds else "void"
         target, thread = block.let("load ptr, ptr @mafsil_target"), self.call("PyEval_SaveThread")
         text = f"call {llvm} {target}({', '.join(given)})"
@@ -280,7 +280,7 @@ class Entry:
         if kind is COMPLEX:
             return self.call("PyComplex_FromDoubles", *parts)
         if kind not in _MAKERS:
-            raise refused(f"{kind} as a result for Python")
+            raise refusal(f"{kind} as a result for Python")
         return self.call(_MAKERS[kind], parts[0])
 
     def tuple(self, kind: Tuple, parts: list[str]) -> str:

@@ -31,9 +31,9 @@ from mafsil.kernels.loops.kinds import (
     Tuple,
     array_kind,
     by_address,
-    joined,
-    refused,
-    returned,
+    join_kinds,
+    refusal,
+    return_types,
     tuple_of,
 )
 from mafsil.kernels.loops.numbers import OPERATIONS, ORDERS
@@ -82,7 +82,7 @@ class Expressions:
             ast.Compare: self.comparison,
             ast.IfExp: self.conditional,
             ast.Subscript: self.subscript,
-            ast.Call: self.called,
+            ast.Call: self.call,
             ast.Tuple: self.tuple,
         }
 
@@ -90,7 +90,7 @@ class Expressions:
         """The value of an expression."""
         form = self.forms.get(type(node))
         if form is None:
-            raise refused(f"{ast.unparse(node)}")
+            raise refusal(f"{ast.unparse(node)}")
         return form(node)
 
     # Names ------------------------------------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ class Expressions:
             return self.tuple_of(items)
         if isinstance(found, np.ndarray):
             return self.block.table(array_kind(cast("Any", found)), cast("Any", found))
-        raise refused(f"the name {ast.unparse(node)}")
+        raise refusal(f"the name {ast.unparse(node)}")
 
     def name(self, node: ast.Name) -> Value:
         """A variable, or a constant of the module."""
@@ -137,10 +137,10 @@ class Expressions:
             return self.bound[node.id]
         if node.id in self.cells:
             kind, cells = self.cells[node.id]
-            return self.block.kept(kind, cells)
+            return self.block.read_variable(kind, cells)
         found = self.static(node)
         if found is _MISSING:
-            raise refused(f"the name {node.id}, which has no value yet")
+            raise refusal(f"the name {node.id}, which has no value yet")
         return self.static_value(found, node)
 
     def attribute(self, node: ast.Attribute) -> Value:
@@ -158,7 +158,7 @@ class Expressions:
             return base if node.attr == "real" else constant(0.0)
         if kind is COMPLEX and node.attr in ("real", "imag"):
             return Value(REAL, (base.parts[node.attr == "imag"],))
-        raise refused(ast.unparse(node))
+        raise refusal(ast.unparse(node))
 
     def of_array(self, array: Value, node: ast.Attribute) -> Value:
         """What an array says of itself."""
@@ -167,7 +167,7 @@ class Expressions:
         if node.attr == "shape":
             return arrays.shape_of(array)
         if node.attr == "T":
-            return arrays.transposed(self.block, array)
+            return arrays.transpose(self.block, array)
         if node.attr == "ndim":
             return constant(kind.ndim)
         if node.attr == "size":
@@ -175,7 +175,7 @@ class Expressions:
             for size in arrays.sizes(array):
                 total = self.arithmetic("*", total, size)
             return total
-        raise refused(ast.unparse(node))
+        raise refusal(ast.unparse(node))
 
     def tuple(self, node: ast.Tuple) -> Value:
         """Several values as one."""
@@ -196,7 +196,7 @@ class Expressions:
             return found
         if operation == "**":
             return self.call_loop(
-                library.power, [numbers.converted(self.block, a, REAL) if a.kind is not INTEGER else a, b]
+                library.power, [numbers.convert(self.block, a, REAL) if a.kind is not INTEGER else a, b]
             )
         a, b = numbers.alike(self.block, a, b)
         return self.call_loop(library.OPERATIONS[a.kind.name, operation], [a, b])
@@ -205,19 +205,19 @@ class Expressions:
         """An operation of whole arrays, or of one and a number, in memory of its own."""
         like = max((x for x in (a, b) if isinstance(x.kind, Array)), key=lambda x: len(x.kind.parts))
         kinds = [x.kind.of if isinstance(x.kind, Array) else x.kind for x in (a, b)]
-        of = joined(*kinds)
+        of = join_kinds(*kinds)
         if operation == "/" and of is INTEGER:
             of = REAL
         if not isinstance(of, Number):
-            raise refused(f"{operation} of {a.kind} and {b.kind}")
-        made = self.allocated(of, arrays.sizes(like))
+            raise refusal(f"{operation} of {a.kind} and {b.kind}")
+        made = self.allocate(of, arrays.sizes(like))
         self.write_elementwise(made, operation, a, b)
         return made
 
     def write_elementwise(self, made: Value, operation: str, a: Value, b: Value) -> None:
         """The results of an operation of whole arrays into an array."""
         if operation not in library.ELEMENTWISE:
-            raise refused(f"{operation} of whole arrays; write the loop")
+            raise refusal(f"{operation} of whole arrays; write the loop")
         self.call_loop(library.ELEMENTWISE[operation], [made, a, b])
 
     def along(self, given: list[Value]) -> Value:
@@ -244,15 +244,15 @@ class Expressions:
         value = self.value(node.operand)
         if isinstance(node.op, ast.USub):
             whole = isinstance(value.kind, Array)
-            return self.elementwise("*", constant(-1), value) if whole else numbers.negated(self.block, value)
+            return self.elementwise("*", constant(-1), value) if whole else numbers.negate(self.block, value)
         if isinstance(node.op, ast.UAdd):
             return value
         if value.kind is MASK:
             ones = f"<{', '.join(['i1 true'] * 8)}>"
             return self.block.number(MASK, f"xor {MASK.parts[0]} {value.name}, {ones}")
         if value.kind is BOOL:
-            raise refused(f"{ast.unparse(node)} of a truth value; write `not`")
-        return self.block.number(INTEGER, f"xor i64 {numbers.converted(self.block, value, INTEGER).name}, -1")
+            raise refusal(f"{ast.unparse(node)} of a truth value; write `not`")
+        return self.block.number(INTEGER, f"xor i64 {numbers.convert(self.block, value, INTEGER).name}, -1")
 
     def truth(self, node: ast.expr) -> Value:
         """The value as a condition."""
@@ -306,32 +306,32 @@ class Expressions:
         values = [self.value(each) for each in (node.left, *node.comparators)]
         found: Value | None = None
         for k, op in enumerate(node.ops):
-            each = self.compared(op, values[k], values[k + 1], node)
+            each = self.compare(op, values[k], values[k + 1], node)
             found = each if found is None else self.arithmetic("&", found, each)
         assert found is not None
         return found
 
-    def compared(self, op: ast.cmpop, a: Value, b: Value, node: ast.expr) -> Value:
+    def compare(self, op: ast.cmpop, a: Value, b: Value, node: ast.expr) -> Value:
         """One comparison; of constants it is known now."""
         if isinstance(op, ast.Is | ast.IsNot):
             if NONE not in (a.kind, b.kind):
-                raise refused(ast.unparse(node))
+                raise refusal(ast.unparse(node))
             return constant((a.kind is b.kind) is isinstance(op, ast.Is))
         order = ORDERS.get(type(op))
         if order is None:
-            raise refused(ast.unparse(node))
+            raise refusal(ast.unparse(node))
         if a.constant is not None and b.constant is not None:
             return constant(bool(_COMPARED[order](a.constant, b.constant)))
-        return numbers.compared(self.block, order, a, b)
+        return numbers.compare(self.block, order, a, b)
 
     def membership(self, node: ast.Compare) -> Value:
         """`x in (a, b)`."""
         left, pool = self.value(node.left), self.value(node.comparators[0])
         if not isinstance(pool.kind, Tuple):
-            raise refused(ast.unparse(node))
+            raise refusal(ast.unparse(node))
         found = constant(False)
         for i in range(len(pool.kind.items)):
-            same = self.compared(ast.Eq(), left, self.block.item(pool, i), node)
+            same = self.compare(ast.Eq(), left, self.block.item(pool, i), node)
             found = same if found.constant is False else self.arithmetic("|", found, same)
         if isinstance(node.ops[0], ast.In):
             return found
@@ -347,37 +347,37 @@ class Expressions:
             self.block.label(yes if known else no)
             return self.value(node.body if known else node.orelse)
         self.block.label(yes)
-        first = self.block.exploded(self.value(node.body))
+        first = self.block.explode(self.value(node.body))
         begun, first_end = len(self.block.lines), self.block.here
         self.block.ended = True
         self.block.label(no)
-        second = self.block.exploded(self.value(node.orelse))
-        kind = joined(first.kind, second.kind)
+        second = self.block.explode(self.value(node.orelse))
+        kind = join_kinds(first.kind, second.kind)
         if kind is None:
-            raise refused(f"{first.kind} or {second.kind} in {ast.unparse(node)}")
-        second = self.coerced(second, kind)
+            raise refusal(f"{first.kind} or {second.kind} in {ast.unparse(node)}")
+        second = self.coerce(second, kind)
         second_end = self.block.here
         self.block.jump(after)
         # The first value is brought to the common kind in its own block, whose end was left open.
         rest = self.block.lines[begun:]
         del self.block.lines[begun:]
         self.block.ended, self.block.here = False, first_end
-        first = self.coerced(first, kind)
+        first = self.coerce(first, kind)
         self.block.jump(after)
         self.block.lines += rest
         self.block.label(after)
         return self.block.either(kind, [(first, first_end), (second, second_end)])
 
-    def coerced(self, value: Value, kind: Kind) -> Value:
+    def coerce(self, value: Value, kind: Kind) -> Value:
         """The value as a wider kind."""
         if value.kind is kind:
-            return self.block.exploded(value)
+            return self.block.explode(value)
         if isinstance(kind, Tuple) and isinstance(value.kind, Tuple):
-            items = [self.coerced(self.block.item(value, i), item) for i, item in enumerate(kind.items)]
+            items = [self.coerce(self.block.item(value, i), item) for i, item in enumerate(kind.items)]
             return tuple_value(self.block, kind, items)
         if isinstance(kind, Array) and isinstance(value.kind, Array):
             return arrays.general(self.block, value)
-        return numbers.converted(self.block, value, kind)
+        return numbers.convert(self.block, value, kind)
 
     # Elements ---------------------------------------------------------------------------------------------------------
 
@@ -400,7 +400,7 @@ class Expressions:
         """A slice."""
         backwards = node.step is not None
         if backwards and (ast.unparse(cast(ast.expr, node.step)) != "-1" or node.lower or node.upper):
-            raise refused(f"the step in [{ast.unparse(node)}]")
+            raise refusal(f"the step in [{ast.unparse(node)}]")
         first, last = (None if each is None else self.value(each) for each in (node.lower, node.upper))
         return Span(first, last, backwards)
 
@@ -416,7 +416,7 @@ class Expressions:
         if base.kind is BUFFER:
             return self.block.load_lanes(self.lane_place(base, self.value(node.slice)))
         if not isinstance(base.kind, Array):
-            raise refused(ast.unparse(node))
+            raise refusal(ast.unparse(node))
         indices = self.indices(node.slice)
         if len(indices) == base.kind.ndim and all(isinstance(index, Value) for index in indices):
             return self.block.load_element(base.kind.of, arrays.place(self.block, base, cast("list[Value]", indices)))
@@ -429,35 +429,35 @@ class Expressions:
         if isinstance(index.constant, int):
             return self.block.item(base, range(len(kind.items))[index.constant])
         if len(set(kind.items)) != 1:
-            raise refused(f"{ast.unparse(node)}: which item must be known")
-        index = arrays.wrapped(self.block, index, constant(len(kind.items)))
-        base = self.block.exploded(base)
+            raise refusal(f"{ast.unparse(node)}: which item must be known")
+        index = arrays.wrap_index(self.block, index, constant(len(kind.items)))
+        base = self.block.explode(base)
         item = kind.items[0]
         place = self.block.address_of(Value(kind, base.parts))
         at = self.block.let(f"mul i64 {index.name}, {item.size}")
-        return self.block.referred(item, self.block.let(f"getelementptr inbounds i8, ptr {place}, i64 {at}"), 0, False)
+        return self.block.refer(item, self.block.let(f"getelementptr inbounds i8, ptr {place}, i64 {at}"), 0, False)
 
     def lane_place(self, base: Value, index: Value) -> str:
         """Address of a place of a buffer."""
-        at = numbers.converted(self.block, index, INTEGER)
+        at = numbers.convert(self.block, index, INTEGER)
         return self.block.let(f"getelementptr inbounds {LANES.parts[0]}, ptr {base.name}, i64 {at.name}")
 
     # Calls ------------------------------------------------------------------------------------------------------------
 
-    def called(self, node: ast.Call) -> Value:
+    def call(self, node: ast.Call) -> Value:
         """A call: of a method, of another loop, of a class of named tuples, or of a function of the language."""
         function = self.static(node.func)
         if function is _MISSING:
             if isinstance(node.func, ast.Attribute):
                 return self.method(node, node.func)
-            raise refused(f"the function {ast.unparse(node.func)}")
+            raise refusal(f"the function {ast.unparse(node.func)}")
         if function in _MAKERS:
             return self.new_array(node, function)
         values = [self.value(each) for each in node.args]
         if isinstance(function, type) and hasattr(function, "_fields"):
             return self.new_tuple(function, values, node)
         if node.keywords:
-            raise refused(f"named arguments in {ast.unparse(node)}")
+            raise refusal(f"named arguments in {ast.unparse(node)}")
         return self.apply(function, values, node)
 
     def apply(self, function: Any, values: list[Value], node: ast.expr) -> Value:
@@ -466,7 +466,7 @@ class Expressions:
             return self.call_loop(function, values)
         emit = FUNCTIONS.get(function)
         if emit is None:
-            raise refused(f"the function {ast.unparse(node.func) if isinstance(node, ast.Call) else node}")
+            raise refusal(f"the function {ast.unparse(node.func) if isinstance(node, ast.Call) else node}")
         return emit(self, values)
 
     def new_tuple(self, named: type[Any], values: list[Value], node: ast.Call) -> Value:
@@ -476,7 +476,7 @@ class Expressions:
             str(word.arg): self.value(word.value) for word in node.keywords
         }
         if set(given) != set(fields):
-            raise refused(f"{ast.unparse(node)}: every field of {named.__name__} is needed")
+            raise refusal(f"{ast.unparse(node)}: every field of {named.__name__} is needed")
         return self.tuple_of([given[field] for field in fields], named)
 
     def method(self, node: ast.Call, function: ast.Attribute) -> Value:
@@ -487,20 +487,20 @@ class Expressions:
             minus = self.block.let(f"fneg double {base.parts[1]}")
             return Value(COMPLEX, (base.parts[0], minus))
         if not isinstance(kind, Array):
-            raise refused(ast.unparse(node))
+            raise refusal(ast.unparse(node))
         if function.attr == "copy":
-            return self.copied(base)
+            return self.copy_array(base)
         if function.attr == "view":
-            return arrays.viewed(self.block, base, self.element_kind(node.args[0]))
+            return arrays.view_as(self.block, base, self.element_kind(node.args[0]))
         if function.attr == "reshape":
             given = [self.value(each) for each in node.args]
             shape = arrays.shape_from(self.block, given[0]) if len(given) == 1 else given
-            return arrays.reshaped(base, shape)
+            return arrays.reshape_array(base, shape)
         loop = library.METHODS.get(function.attr)
         if loop is None or node.args:
-            raise refused(ast.unparse(node))
+            raise refusal(ast.unparse(node))
         if kind.ndim > 1:
-            base = arrays.reshaped(base, [self.of_array(base, ast.Attribute(function.value, "size"))])
+            base = arrays.reshape_array(base, [self.of_array(base, ast.Attribute(function.value, "size"))])
         return self.call_loop(loop, [base])
 
     def element_kind(self, node: ast.expr) -> Number:
@@ -509,7 +509,7 @@ class Expressions:
         try:
             return NUMBERS[np.dtype(found).name]
         except (TypeError, KeyError):
-            raise refused(f"elements of {ast.unparse(node)}") from None
+            raise refusal(f"elements of {ast.unparse(node)}") from None
 
     def new_array(self, node: ast.Call, maker: Any) -> Value:
         """`np.empty`, `np.zeros`, `np.ones` and `np.full`."""
@@ -525,20 +525,20 @@ class Expressions:
         of = self.element_kind(typed) if typed is not None else (
             cast(Number, fill.kind) if maker is np.full and fill is not None else REAL
         )  # fmt: skip
-        made = self.allocated(of, shape, clear=maker is np.zeros)
+        made = self.allocate(of, shape, clear=maker is np.zeros)
         if fill is not None:
             self.fill(made, fill)
         return made
 
-    def allocated(self, of: Number, shape: list[Value], *, clear: bool = False) -> Value:
+    def allocate(self, of: Number, shape: list[Value], *, clear: bool = False) -> Value:
         """A new array: on the stack where it is small, outside of loops and cannot leave the function."""
         size = arrays.fixed_size(of, shape)
         if size is not None and self.may_use_stack and not self.depth and self.stack + size <= arrays.ON_STACK:
             self.stack += size
-            made = arrays.allocated(self.block, of, shape, None)
+            made = arrays.allocate(self.block, of, shape, None)
         else:
             self.fails = self.uses_region = True
-            made = arrays.allocated(self.block, of, shape, "%region")
+            made = arrays.allocate(self.block, of, shape, "%region")
             self.check(f"icmp eq ptr {made.name}, null")
         if clear:
             arrays.clear(self.block, made)
@@ -550,11 +550,11 @@ class Expressions:
         self.block.branch(self.block.let(failure), "failed", ahead)
         self.block.label(ahead)
 
-    def copied(self, array: Value) -> Value:
+    def copy_array(self, array: Value) -> Value:
         """The same elements in memory of their own."""
         kind = array.kind
         assert isinstance(kind, Array)
-        made = self.allocated(kind.of, arrays.sizes(array))
+        made = self.allocate(kind.of, arrays.sizes(array))
         self.write(made, array)
         return made
 
@@ -567,7 +567,7 @@ class Expressions:
         kind = array.kind
         assert isinstance(kind, Array)
         if not isinstance(value.kind, Array):
-            self.fill(array, numbers.converted(self.block, value, kind.of))
+            self.fill(array, numbers.convert(self.block, value, kind.of))
         elif value.kind.ndim < kind.ndim:
             self.fill(array, value)
         else:
@@ -578,25 +578,25 @@ class Expressions:
 
         A tuple of many parts is handed over by its address, memory is the caller's where an array comes back.
         """
-        values = [self.annotated(value, word) for value, word in zip(values, loop.definition.words, strict=True)]
+        values = [self.annotate(value, word) for value, word in zip(values, loop.definition.words, strict=True)]
         callee = self.specialised(loop, tuple(value.kind for value in values))
         self.callees.append(callee)
-        given = [part for value in values for part in self.handed(value)]
+        given = [part for value in values for part in self.as_arguments(value)]
         if callee.shares_region:
             self.uses_region = True
             given.append("ptr %region")
         return self.results(callee.result, callee.fails, f"@{callee.symbol}", given)
 
-    def handed(self, value: Value) -> list[str]:
+    def as_arguments(self, value: Value) -> list[str]:
         """A value as arguments, with their types."""
         if by_address(value.kind):
             return [f"ptr {self.block.address_of(value)}"]
-        value = self.block.exploded(value)
+        value = self.block.explode(value)
         return [f"{kind} {part}" for kind, part in zip(value.kind.parts, value.parts, strict=True)]
 
     def results(self, result: Kind, fails: bool, place: str, given: list[str]) -> Value:
         """What a function gives back; where it has failed, this one has too."""
-        kinds = returned(result, fails)
+        kinds = return_types(result, fails)
         llvm = kinds[0] if len(kinds) == 1 else f"{{ {', '.join(kinds)} }}" if kinds else "void"
         text = f"call {llvm} {place}({', '.join(given)})"
         if not kinds:
@@ -613,12 +613,12 @@ class Expressions:
             self.check(f"icmp ne i1 {parts.pop()}, false")
         return Value(result, tuple(parts))
 
-    def annotated(self, value: Value, word: str) -> Value:
+    def annotate(self, value: Value, word: str) -> Value:
         """A number as the kind that the function's annotation says."""
         kind = WORDS.get(word)
         if kind is None or value.kind is kind or not isinstance(value.kind, Number) or value.kind.rank > kind.rank:
             return value
-        return numbers.converted(self.block, value, kind)
+        return numbers.convert(self.block, value, kind)
 
 
 WORDS: dict[str, Number] = {"float": REAL, "int": INTEGER, "bool": BOOL, "complex": COMPLEX}

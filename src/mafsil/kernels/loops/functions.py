@@ -28,9 +28,9 @@ from mafsil.kernels.loops.kinds import (
     Held,
     Number,
     Tuple,
-    refused,
+    refusal,
 )
-from mafsil.kernels.loops.numbers import converted
+from mafsil.kernels.loops.numbers import convert
 
 Emit = Callable[[Translator, list[Value]], Value]
 
@@ -52,11 +52,11 @@ def _extreme(order: str) -> Emit:
             known: list[Any] = [value.constant for value in given]
             return constant(min(known) if order == "<" else max(known))
         kind = max((value.kind for value in given), key=lambda each: each.rank if isinstance(each, Number) else -1)
-        best, *others = (converted(of.block, value, kind) for value in given)
+        best, *others = (convert(of.block, value, kind) for value in given)
         natural = (all if order == "<" else any)(value.natural for value in given)
         for other in others:
-            better = numbers.compared(of.block, order, other, best)
-            best = numbers.selected(of.block, better.name, other, best)
+            better = numbers.compare(of.block, order, other, best)
+            best = numbers.select_value(of.block, better.name, other, best)
         return Value(kind, best.parts, None, natural and kind is INTEGER)
 
     return emit
@@ -65,7 +65,7 @@ def _extreme(order: str) -> Emit:
 def _absolute(of: Translator, given: list[Value]) -> Value:
     (value,) = given
     if isinstance(value.kind, Array):
-        made = of.allocated(value.kind.of, arrays.sizes(value))
+        made = of.allocate(value.kind.of, arrays.sizes(value))
         of.call_loop(library.each_magnitude, [made, value])
         return made
     found = numbers.absolute(of.block, given[0])
@@ -73,14 +73,14 @@ def _absolute(of: Translator, given: list[Value]) -> Value:
 
 
 def _real(of: Translator, given: list[Value]) -> Value:
-    return converted(of.block, given[0], REAL)
+    return convert(of.block, given[0], REAL)
 
 
 def _of_real(name: str) -> Emit:
     """A function of float64 that LLVM or the system's library has, once or several times of arguments."""
 
     def emit(of: Translator, given: list[Value]) -> Value:
-        parts = [f"double {converted(of.block, value, REAL).name}" for value in given]
+        parts = [f"double {convert(of.block, value, REAL).name}" for value in given]
         return Value(REAL, (of.block.call(name, "double", *parts),))
 
     return emit
@@ -101,17 +101,17 @@ def _as(kind: Number) -> Emit:
     def emit(of: Translator, given: list[Value]) -> Value:
         (value,) = given
         if kind is SINGLE and value.kind is not SINGLE:
-            return of.block.number(SINGLE, f"fptrunc double {converted(of.block, value, REAL).name} to float")
+            return of.block.number(SINGLE, f"fptrunc double {convert(of.block, value, REAL).name} to float")
         if isinstance(value.constant, int) and kind is UNSIGNED:
             bits = value.constant if value.constant < 1 << 63 else value.constant - (1 << 64)
             return Value(UNSIGNED, (str(bits),))
-        return numbers.whole(of.block, value) if kind is INTEGER else converted(of.block, value, kind)
+        return numbers.whole(of.block, value) if kind is INTEGER else convert(of.block, value, kind)
 
     return emit
 
 
 def _complex(of: Translator, given: list[Value]) -> Value:
-    parts = [converted(of.block, value, REAL).name for value in given]
+    parts = [convert(of.block, value, REAL).name for value in given]
     return Value(COMPLEX, (parts[0], parts[1] if len(parts) > 1 else constant(0.0).name))
 
 
@@ -120,12 +120,12 @@ def _truth(of: Translator, given: list[Value]) -> Value:
 
 
 def _is_nan(of: Translator, given: list[Value]) -> Value:
-    x = converted(of.block, given[0], REAL)
+    x = convert(of.block, given[0], REAL)
     return of.block.number(BOOL, f"fcmp uno double {x.name}, {x.name}")
 
 
 def _is_finite(of: Translator, given: list[Value]) -> Value:
-    size = of.block.call("llvm.fabs.f64", "double", f"double {converted(of.block, given[0], REAL).name}")
+    size = of.block.call("llvm.fabs.f64", "double", f"double {convert(of.block, given[0], REAL).name}")
     return of.block.number(BOOL, f"fcmp olt double {size}, {constant(math.inf).name}")
 
 
@@ -138,7 +138,7 @@ def _call(loop: Any) -> Emit:
 
 def _lane_function(name: str) -> Emit:
     def emit(of: Translator, given: list[Value]) -> Value:
-        x = converted(of.block, given[0], LANES)
+        x = convert(of.block, given[0], LANES)
         return Value(LANES, (_intrinsic(of.block, name, x),))
 
     return emit
@@ -152,7 +152,7 @@ def _intrinsic(block: Block, name: str, x: Value) -> str:
 
 def _where(of: Translator, given: list[Value]) -> Value:
     mask, a, b = given
-    a, b = converted(of.block, a, LANES), converted(of.block, b, LANES)
+    a, b = convert(of.block, a, LANES), convert(of.block, b, LANES)
     if mask.kind is MASK:
         return of.block.number(LANES, f"select {BITS} {mask.name}, {VECTOR} {a.name}, {VECTOR} {b.name}")
     truth = numbers.truth(of.block, mask)
@@ -161,8 +161,8 @@ def _where(of: Translator, given: list[Value]) -> Value:
 
 def _extreme_lanes(order: str) -> Emit:
     def emit(of: Translator, given: list[Value]) -> Value:
-        a, b = (converted(of.block, value, LANES) for value in given)
-        return _where(of, [numbers.compared(of.block, order, a, b), a, b])
+        a, b = (convert(of.block, value, LANES) for value in given)
+        return _where(of, [numbers.compare(of.block, order, a, b), a, b])
 
     return emit
 
@@ -184,7 +184,7 @@ def _how_many(of: Translator, given: list[Value]) -> Value:
 def _buffer(of: Translator, given: list[Value]) -> Value:
     count = given[0].constant
     if not isinstance(count, int):
-        raise refused("a buffer whose size is no constant")
+        raise refusal("a buffer whose size is no constant")
     return Value(BUFFER, (of.block.room(8 * WIDTH * max(count, 1), 64),))
 
 
@@ -197,16 +197,16 @@ def _seen(of: Translator, given: list[Value]) -> Value:
 
 
 def _in_lanes(of: Translator, given: list[Value]) -> Value:
-    return of.allocated(REAL, [of.arithmetic("*", given[0], constant(WIDTH))])
+    return of.allocate(REAL, [of.arithmetic("*", given[0], constant(WIDTH))])
 
 
 def _one_lane(of: Translator, given: list[Value]) -> str:
-    lane = converted(of.block, given[2], INTEGER)
+    lane = convert(of.block, given[2], INTEGER)
     return of.block.let(f"getelementptr inbounds double, ptr {of.lane_place(*given[:2])}, i64 {lane.name}")
 
 
 def _put(of: Translator, given: list[Value]) -> Value:
-    of.block.store_element(REAL, converted(of.block, given[3], REAL), _one_lane(of, given))
+    of.block.store_element(REAL, convert(of.block, given[3], REAL), _one_lane(of, given))
     return Value(NONE, ())
 
 
@@ -241,13 +241,13 @@ def _looked_up(of: Translator, given: list[Value]) -> Value:
 
 def _open(of: Translator, given: list[Value]) -> Value:
     if not isinstance(given[0].kind, Held):
-        raise refused(f"{given[0].kind} where a held value is needed")
-    return of.block.opened(given[0])
+        raise refusal(f"{given[0].kind} where a held value is needed")
+    return of.block.open_tuple(given[0])
 
 
 def _address(of: Translator, given: list[Value]) -> Value:
     if not isinstance(given[0].kind, Array):
-        raise refused(f"the address of {given[0].kind}")
+        raise refusal(f"the address of {given[0].kind}")
     return of.block.number(INTEGER, f"ptrtoint ptr {given[0].name} to i64")
 
 
@@ -274,12 +274,12 @@ FUNCTIONS: dict[Any, Emit] = {
     np.argmin: _call(library.place_of_least), np.concatenate: _call(library.rows_joined), np.sum: _call(library.total),
     library.along: lambda of, given: of.along(given),
     np.max: _call(library.largest), np.min: _call(library.least),
-    lanes.lanes: lambda of, given: converted(of.block, given[0], LANES),
+    lanes.lanes: lambda of, given: convert(of.block, given[0], LANES),
     lanes.square_root: _root, lanes.magnitude: _lane_function("fabs"), lanes.rounded_down: _lane_function("floor"),
     lanes.where: _where, lanes.larger: _extreme_lanes(">"), lanes.smaller: _extreme_lanes("<"),
     lanes.lane_bits: _lane_bits, lanes.any_lane: _any_lane, lanes.how_many: _how_many, lanes.buffer: _buffer,
     lanes.part: _part, lanes.seen: _seen, lanes.in_lanes: _in_lanes, lanes.put: _put, lanes.get: _get,
-    lanes.spread: _spread, lanes.looked_up: _looked_up, held.opened: _open, kernel_calls.address: _address,
+    lanes.spread: _spread, lanes.looked_up: _looked_up, held.open_held: _open, kernel_calls.address: _address,
     kernel_calls.call_kernel: _kernel, kernel_calls.call_lanes: _kernel,
 }  # fmt: skip
 """What each function becomes."""

@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 class Held(tuple[Any, ...], Generic[T]):
-    """A named tuple of arrays and numbers; compiled loops read it by `opened`.
+    """A named tuple of arrays and numbers; compiled loops read it by `open_held`.
 
     `holding.hold` makes it. The first item is where it lies, for the compiled code; then the value and its memory.
     """
@@ -26,7 +26,7 @@ class Held(tuple[Any, ...], Generic[T]):
     """Of the class of its values' kind."""
 
     @classmethod
-    def laid(cls, *parts: Any) -> Any:
+    def from_parts(cls, *parts: Any) -> Any:
         """Of address, value and memory."""
         return tuple.__new__(cls, parts)  # pyright: ignore[reportUnknownMemberType]
 
@@ -52,6 +52,6 @@ def class_of(kind: HeldKind) -> type[Held[Any]]:
     return _CLASSES[kind.value]
 
 
-def opened(held: Held[T]) -> T:
+def open_held(held: Held[T]) -> T:
     """The value of a `Held`, in a compiled loop that somebody else keeps it alive for."""
     return held.value

@@ -32,13 +32,13 @@ def hold(value: T) -> Held[T]:
         value: the tuple.
     """
     if loop.is_plain() or not runtime.available():  # Loops that run as Python read the value itself.
-        return class_of(held_of(kind_of(value))).laid(0, value)
+        return class_of(held_of(kind_of(value))).from_parts(0, value)
     known = _LAYOUTS.setdefault(type(value), [])
     for size, layout, made in known:
         memory = np.empty(size, np.uint8)
         place = memory.ctypes.data
         if layout(value, place) is not MISS:
-            return made.laid(place, value, memory)
+            return made.from_parts(place, value, memory)
     kind = kind_of(value)
     known.append((kind.size, dispatch.layout_for(kind), class_of(held_of(kind))))
     return hold(value)

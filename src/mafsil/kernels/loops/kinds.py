@@ -212,7 +212,7 @@ def kind_of(value: Any) -> Kind:
     for kinds, kind in ((bool | np.bool_, BOOL), (int | np.signedinteger, INTEGER), (float | np.floating, REAL)):
         if isinstance(value, kinds):
             return kind
-    raise refused(f"a value of type {type(value).__name__}")
+    raise refusal(f"a value of type {type(value).__name__}")
 
 
 def array_kind(array: NDArray[Any]) -> Array:
@@ -223,7 +223,7 @@ def array_kind(array: NDArray[Any]) -> Array:
     """
     name = _NAMES.get(array.dtype.num)
     if name is None or not array.dtype.isnative:
-        raise refused(f"an array of {array.dtype}")
+        raise refusal(f"an array of {array.dtype}")
     return array_of(NUMBERS[name], array.ndim, bool(array.flags.c_contiguous))
 
 
@@ -233,7 +233,7 @@ _OF_TYPES: dict[type[Any], Kind] = {
 }  # fmt: skip
 
 
-def joined(a: Kind, b: Kind) -> Kind | None:
+def join_kinds(a: Kind, b: Kind) -> Kind | None:
     """The kind that holds values of both; None if there is none."""
     if a is b:
         return a
@@ -242,7 +242,7 @@ def joined(a: Kind, b: Kind) -> Kind | None:
     if isinstance(a, Array) and isinstance(b, Array) and a.of is b.of and a.ndim == b.ndim:
         return array_of(a.of, a.ndim, False)
     if isinstance(a, Tuple) and isinstance(b, Tuple) and a.named is b.named and len(a.items) == len(b.items):
-        items = [joined(x, y) for x, y in zip(a.items, b.items, strict=True)]
+        items = [join_kinds(x, y) for x, y in zip(a.items, b.items, strict=True)]
         return None if None in items else tuple_of(tuple(cast("list[Kind]", items)), a.named)
     if {a, b} <= {LANES, REAL, INTEGER}:
         return LANES
@@ -263,7 +263,7 @@ def by_address(kind: Kind) -> bool:
     return isinstance(kind, Tuple) and len(kind.parts) > FEW_PARTS
 
 
-def returned(result: Kind, fails: bool) -> list[str]:
+def return_types(result: Kind, fails: bool) -> list[str]:
     """LLVM types of what a function gives back: the parts of its result, and whether memory was lacking."""
     return [*result.parts, *(["i1"] if fails else [])]
 
@@ -327,6 +327,6 @@ class EditedError(RefusedError):
     """The source of a function is no longer that of what is in memory."""
 
 
-def refused(reason: str) -> RefusedError:
+def refusal(reason: str) -> RefusedError:
     """What is raised where a function is not of the language."""
     return RefusedError(reason)

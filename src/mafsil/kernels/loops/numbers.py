@@ -23,7 +23,7 @@ from mafsil.kernels.loops.kinds import (
     Kind,
     Narrow,
     Number,
-    refused,
+    refusal,
 )
 
 OPERATIONS: dict[type[ast.operator], str] = {
@@ -47,7 +47,7 @@ _LANE_FLAGS = "nsz contract "
 _MOST_SQUARINGS = 1 << 16
 
 
-def converted(block: Block, value: Value, kind: Kind) -> Value:
+def convert(block: Block, value: Value, kind: Kind) -> Value:
     """The value as another kind; none loses its fraction unasked.
 
     Raises:
@@ -59,19 +59,19 @@ def converted(block: Block, value: Value, kind: Kind) -> Value:
     if kind is LANES and isinstance(have, Number):
         return broadcast(block, value)
     if not isinstance(have, Number) or not isinstance(kind, Number) or (have.rank > kind.rank and kind is not INTEGER):
-        raise refused(f"{have} where {kind} is needed")
+        raise refusal(f"{have} where {kind} is needed")
     if value.constant is not None and kind in (REAL, INTEGER):
         return constant(float(value.constant) if kind is REAL else int(value.constant))
     if kind is COMPLEX:
-        return Value(COMPLEX, (converted(block, value, REAL).name, real_text(0.0)))
+        return Value(COMPLEX, (convert(block, value, REAL).name, real_text(0.0)))
     if kind in (INTEGER, UNSIGNED):
         if have not in (BOOL, INTEGER, UNSIGNED):
-            raise refused(f"{have} where {kind} is needed")
+            raise refusal(f"{have} where {kind} is needed")
         return Value(
             kind, (block.let(f"zext i1 {value.name} to i64") if have is BOOL else value.name,), None, have is BOOL
         )
     if isinstance(kind, Narrow) or kind is BOOL:
-        raise refused(f"{have} where {kind} is needed")
+        raise refusal(f"{have} where {kind} is needed")
     if have is SINGLE:
         return block.number(kind, f"fpext float {value.name} to double")
     word = "uitofp" if have in (BOOL, UNSIGNED) else "sitofp"
@@ -80,7 +80,7 @@ def converted(block: Block, value: Value, kind: Kind) -> Value:
 
 def broadcast(block: Block, value: Value) -> Value:
     """A number in all lanes."""
-    part = converted(block, value, REAL)
+    part = convert(block, value, REAL)
     if part.constant is not None:
         return Value(LANES, (f"<{', '.join([f'double {part.name}'] * WIDTH)}>",))
     first = block.let(f"insertelement {VECTOR} poison, double {part.name}, i32 0")
@@ -92,11 +92,11 @@ def alike(block: Block, a: Value, b: Value) -> tuple[Value, Value]:
     if a.kind is b.kind and not isinstance(a.kind, Narrow):
         return a, b
     if LANES in (a.kind, b.kind):
-        return converted(block, a, LANES), converted(block, b, LANES)
+        return convert(block, a, LANES), convert(block, b, LANES)
     if not isinstance(a.kind, Number) or not isinstance(b.kind, Number):
-        raise refused(f"arithmetic of {a.kind} and {b.kind}")
+        raise refusal(f"arithmetic of {a.kind} and {b.kind}")
     kind = max(a.kind, b.kind, key=lambda each: each.rank)
-    return converted(block, a, kind), converted(block, b, kind)
+    return convert(block, a, kind), convert(block, b, kind)
 
 
 def arithmetic(block: Block, operation: str, a: Value, b: Value) -> Value | None:
@@ -110,7 +110,7 @@ def arithmetic(block: Block, operation: str, a: Value, b: Value) -> Value | None
     if a.kind is MASK and b.kind is MASK:
         return block.number(MASK, f"{_WHOLE[operation]} {BITS} {a.name}, {b.name}")
     if operation == "/":
-        a, b = (converted(block, x, REAL) if x.kind in (INTEGER, BOOL, UNSIGNED) else x for x in (a, b))
+        a, b = (convert(block, x, REAL) if x.kind in (INTEGER, BOOL, UNSIGNED) else x for x in (a, b))
     a, b = alike(block, a, b)
     if a.kind is LANES:
         return block.number(LANES, f"{_REAL[operation]} {_LANE_FLAGS}{VECTOR} {a.name}, {b.name}")
@@ -124,7 +124,7 @@ def arithmetic(block: Block, operation: str, a: Value, b: Value) -> Value | None
         return block.number(BOOL, f"{_WHOLE[operation]} i1 {a.name}, {b.name}")
     if a.kind is UNSIGNED:
         return block.number(UNSIGNED, f"{_UNSIGNED.get(operation) or _WHOLE[operation]} i64 {a.name}, {b.name}")
-    return _whole(block, operation, converted(block, a, INTEGER), converted(block, b, INTEGER))
+    return _whole(block, operation, convert(block, a, INTEGER), convert(block, b, INTEGER))
 
 
 def _fold(operation: str, a: float, b: float) -> float | None:
@@ -147,7 +147,7 @@ def _whole(block: Block, operation: str, a: Value, b: Value) -> Value | None:
     if operation == ">>":
         natural = a.natural
     if operation not in _WHOLE:
-        raise refused(f"{operation} of whole numbers")
+        raise refusal(f"{operation} of whole numbers")
     return Value(INTEGER, (block.let(f"{_WHOLE[operation]} i64 {a.name}, {b.name}"),), None, natural)
 
 
@@ -196,7 +196,7 @@ def _power(block: Block, a: Value, b: Value) -> Value | None:
         return made if b.constant >= 0 else arithmetic(block, "/", constant(1.0), made)
     if b.kind is not REAL:
         return None
-    x = converted(block, a, REAL)
+    x = convert(block, a, REAL)
     return Value(REAL, (block.call("llvm.pow.f64", "double", f"double {x.name}", f"double {b.name}"),))
 
 
@@ -218,7 +218,7 @@ def _complex(block: Block, operation: str, a: Value, b: Value) -> Value | None:
     return Value(COMPLEX, (real, of("fadd", of("fmul", ar, bi), of("fmul", ai, br))))
 
 
-def compared(block: Block, order: str, a: Value, b: Value) -> Value:
+def compare(block: Block, order: str, a: Value, b: Value) -> Value:
     """One of < <= > >= == != of two numbers or lanes."""
     a, b = alike(block, a, b)
     if a.kind is LANES:
@@ -234,7 +234,7 @@ def compared(block: Block, order: str, a: Value, b: Value) -> Value:
     return block.number(BOOL, f"icmp {word} {a.kind.parts[0]} {a.name}, {b.name}")
 
 
-def selected(block: Block, condition: str, yes: Value, no: Value) -> Value:
+def select_value(block: Block, condition: str, yes: Value, no: Value) -> Value:
     """One of two numbers."""
     yes, no = alike(block, yes, no)
     parts = zip(yes.kind.parts, yes.parts, no.parts, strict=True)
@@ -247,16 +247,16 @@ def truth(block: Block, value: Value) -> Value:
     if value.kind is BOOL:
         return value
     if not isinstance(value.kind, Number):
-        raise refused(f"{value.kind} as a condition")
-    return compared(block, "!=", value, constant(0))
+        raise refusal(f"{value.kind} as a condition")
+    return compare(block, "!=", value, constant(0))
 
 
-def negated(block: Block, value: Value) -> Value:
+def negate(block: Block, value: Value) -> Value:
     """The other sign."""
     if value.constant is not None and value.kind is not BOOL:
         return constant(-value.constant)
     if value.kind in (INTEGER, BOOL) or value.kind in NARROW.values():
-        return block.number(INTEGER, f"sub nsw i64 0, {converted(block, value, INTEGER).name}")
+        return block.number(INTEGER, f"sub nsw i64 0, {convert(block, value, INTEGER).name}")
     flags = _LANE_FLAGS if value.kind is LANES else block.fast
     parts = zip(value.kind.parts, value.parts, strict=True)
     return Value(value.kind, tuple(block.let(f"fneg {flags}{kind} {part}") for kind, part in parts))
@@ -267,11 +267,11 @@ def absolute(block: Block, value: Value) -> Value | None:
     if value.kind is COMPLEX:
         return None
     if value.kind not in (INTEGER, BOOL, REAL, SINGLE, LANES):
-        raise refused(f"the magnitude of {value.kind}")
+        raise refusal(f"the magnitude of {value.kind}")
     if value.kind in (INTEGER, BOOL):
-        x = converted(block, value, INTEGER)
-        below = compared(block, "<", x, constant(0))
-        made = selected(block, below.name, negated(block, x), x)
+        x = convert(block, value, INTEGER)
+        below = compare(block, "<", x, constant(0))
+        made = select_value(block, below.name, negate(block, x), x)
         return Value(INTEGER, made.parts, None, True)
     part, suffix = value.kind.parts[0], {REAL: "f64", SINGLE: "f32", LANES: f"v{WIDTH}f64"}[value.kind]
     return Value(value.kind, (block.call(f"llvm.fabs.{suffix}", part, f"{part} {value.name}"),))
@@ -283,4 +283,4 @@ def whole(block: Block, value: Value) -> Value:
         return constant(int(value.constant))
     if value.kind in (REAL, SINGLE):
         return block.number(INTEGER, f"fptosi {value.kind.parts[0]} {value.name} to i64")
-    return Value(INTEGER, converted(block, value, INTEGER).parts, None, value.natural)
+    return Value(INTEGER, convert(block, value, INTEGER).parts, None, value.natural)

@@ -35,7 +35,7 @@ from mafsil.kernels.loops.kinds import (
     Tuple,
     kind_of,
     named_kind,
-    refused,
+    refusal,
 )
 from mafsil.kernels.loops.meaning import Closure, closure_of, source_of
 from mafsil.lazy_module import lazily
@@ -113,7 +113,7 @@ class Specialisation:
         """
         node = source_of(self.definition)
         try:
-            return statements.translated(self.definition, node, self.kinds, self.symbol, specialised)
+            return statements.translate_function(self.definition, node, self.kinds, self.symbol, specialise)
         except RefusedError as error:
             if not error.placed and not isinstance(error, EditedError):
                 function = self.definition.function
@@ -179,11 +179,11 @@ class Specialisation:
         """Where its code begins; it stays as long as the process."""
         with self._lock:
             interface, code = self._stored or self._read(
-                obtained(self.key, self.definition.function.__name__, self._compiled)
+                obtain_code(self.key, self.definition.function.__name__, self._compiled)
             )
             known = {**library.DEFINITIONS, **self.closure.definitions}
             callees = [
-                specialised(known[name], tuple(named_kind(each, self._classes) for each in kinds))
+                specialise(known[name], tuple(named_kind(each, self._classes) for each in kinds))
                 for name, kinds in interface.calls
             ]
             imports = {callee.symbol: callee.address for callee in callees}
@@ -192,7 +192,7 @@ class Specialisation:
     def _compiled(self) -> Kept:
         ir, external = self.module()
         with _llvm:
-            code = target.optimised(ir, target.host(), EFFORT)
+            code = target.optimise(ir, target.host(), EFFORT)
         own = self.interface
         calls = [[each.definition.name, [kind.name for kind in each.kinds]] for each in external]
         return [own.result.name, own.fails, own.shares_region, own.weight, own.prototype, calls], code
@@ -214,7 +214,7 @@ class Specialisation:
     @lazy
     def _stored(self) -> tuple[Interface, bytes] | None:
         """What the store has, if it can be read; of what becomes part of its callers it has nothing."""
-        found = None if self.definition.inline else kept(self.key)
+        found = None if self.definition.inline else stored_code(self.key)
         try:
             return None if found is None else self._read(found)
         except (ValueError, TypeError, KeyError):
@@ -227,7 +227,7 @@ class Specialisation:
         return Interface(named_kind(result, self._classes), fails, shares, weight, prototype, names), code
 
 
-def obtained(key: str, name: str, make: Callable[[], Kept]) -> Kept:
+def obtain_code(key: str, name: str, make: Callable[[], Kept]) -> Kept:
     """Code from the store, or made, once among all processes, and kept there; with what is known of it.
 
     Args:
@@ -235,11 +235,11 @@ def obtained(key: str, name: str, make: Callable[[], Kept]) -> Kept:
         name: for people.
         make: compiles it.
     """
-    found = kept(key)
+    found = stored_code(key)
     if found is not None:
         return found
     with store().compiling(key) as waited:
-        found = kept(key) if waited else None
+        found = stored_code(key) if waited else None
         if found is None:
             with compilation(name):
                 found = make()
@@ -248,7 +248,7 @@ def obtained(key: str, name: str, make: Callable[[], Kept]) -> Kept:
         return found
 
 
-def kept(key: str) -> Kept | None:
+def stored_code(key: str) -> Kept | None:
     """What is known of code, and the code; None if there is none that can be read."""
     payload = store().get(key)
     if payload is None:
@@ -282,11 +282,11 @@ def load(code: bytes, symbols: tuple[str, ...], imports: Mapping[str, int]) -> M
 _SPECIALISED: dict[tuple[Definition, tuple[Kind, ...]], Specialisation] = {}
 
 
-def specialised(loop: Any, kinds: tuple[Kind, ...]) -> Specialisation:
+def specialise(loop: Any, kinds: tuple[Kind, ...]) -> Specialisation:
     """A loop for some kinds of arguments, made once in a process."""
     definition: Definition = loop.definition
     if len(kinds) != len(definition.arguments):
-        raise refused(f"{definition.name} takes {len(definition.arguments)} arguments, not {len(kinds)}")
+        raise refusal(f"{definition.name} takes {len(definition.arguments)} arguments, not {len(kinds)}")
     found = _SPECIALISED.get((definition, kinds))
     if found is None:
         found = _SPECIALISED.setdefault((definition, kinds), Specialisation(definition, kinds))
@@ -327,7 +327,7 @@ def entry_for(definition: Definition, arguments: tuple[Any, ...]) -> Callable[..
 
 
 def _entry(definition: Definition, kinds: tuple[Kind, ...]) -> Callable[..., Any]:
-    loop = specialised(definition, kinds)
+    loop = specialise(definition, kinds)
     with _LOCK:
         found = _ENTRIES.get(loop)
         if found is None:
@@ -353,7 +353,7 @@ def _make(
         with _llvm:
             return [name], target.compile(text, target.host(), 0)  # its many lines run once a call
 
-    _, code = obtained(key, name, compiled)
+    _, code = obtain_code(key, name, compiled)
     places = load(code, (entry.ENTRY, entry.LINKS), {})
-    table = entry.bound(places[entry.LINKS], address, classes)
+    table = entry.bind_entry(places[entry.LINKS], address, classes)
     return entry.builtin(places[entry.ENTRY], name, table, classes)

@@ -31,9 +31,9 @@ from mafsil.kernels.loops.kinds import (
     Tuple,
     by_address,
     has_arrays,
-    joined,
-    refused,
-    returned,
+    join_kinds,
+    refusal,
+    return_types,
 )
 from mafsil.kernels.loops.numbers import OPERATIONS
 from mafsil.kernels.loops.scopes import Scopes
@@ -83,7 +83,7 @@ class Translation:
     declared: frozenset[str]
 
 
-def translated(
+def translate_function(
     definition: Definition, node: ast.FunctionDef, kinds: tuple[Kind, ...], symbol: str, specialised: Specialised
 ) -> Translation:
     """A function for some kinds of arguments.
@@ -164,7 +164,7 @@ class Function(Expressions):
         shares = self.uses_region and has_arrays(result)
         if shares:
             given.append("ptr %region")
-        kinds = returned(result, self.fails)
+        kinds = return_types(result, self.fails)
         llvm = kinds[0] if len(kinds) == 1 else f"{{ {', '.join(kinds)} }}" if kinds else "void"
         self.finish(result, kinds, llvm, own=self.uses_region and not shares)
         body = "\n".join([*self.block.heads, *self.block.lines])
@@ -179,7 +179,7 @@ class Function(Expressions):
             assert isinstance(kind, Tuple)
             # What lies there is read and nothing else is written over it while the function runs.
             given = [f"ptr noalias readonly dereferenceable({kind.size}) %a.{name}"]
-            value = self.block.referred(kind, f"%a.{name}", 0, False)
+            value = self.block.refer(kind, f"%a.{name}", 0, False)
         else:
             parts = tuple(f"%a.{name}.{i}" for i in range(len(kind.parts)))
             value = Value(kind, parts)
@@ -196,7 +196,7 @@ class Function(Expressions):
             block.end("unreachable")
         block.label("exit")
         parts = [
-            *(block.kept(result, self.result_cells).parts if self.returns else ()),
+            *(block.read_variable(result, self.result_cells).parts if self.returns else ()),
             *(["false"] if self.fails else []),
         ]
         self._leave(kinds, llvm, parts, own=own)
@@ -227,7 +227,7 @@ class Function(Expressions):
                 return
             translate = self.statements.get(type(statement))
             if translate is None:
-                raise refused(ast.unparse(statement).split("\n")[0])
+                raise refusal(ast.unparse(statement).split("\n")[0])
             try:
                 translate(statement)
             except RefusedError as error:
@@ -254,16 +254,16 @@ class Function(Expressions):
 
     def assignment(self, node: ast.Assign) -> None:
         """Values for names and elements; of several at once all are found before the first is given."""
-        value = self.assigned(node.value)
+        value = self.assigned_value(node.value)
         for target in node.targets:
             self.give(target, value)
 
     def annotated_assignment(self, node: ast.AnnAssign) -> None:
         """A value with its annotation, which is for people."""
         if node.value is not None:
-            self.give(node.target, self.assigned(node.value))
+            self.give(node.target, self.assigned_value(node.value))
 
-    def assigned(self, node: ast.expr) -> Value | list[Value]:
+    def assigned_value(self, node: ast.expr) -> Value | list[Value]:
         """The value on the right, or the values of a tuple that is taken apart at once."""
         return [self.value(item) for item in node.elts] if isinstance(node, ast.Tuple) else self.value(node)
 
@@ -272,7 +272,7 @@ class Function(Expressions):
         if isinstance(target, ast.Tuple):
             if isinstance(value, Value):
                 if not isinstance(value.kind, Tuple):
-                    raise refused(f"{ast.unparse(target)} from {value.kind}")
+                    raise refusal(f"{ast.unparse(target)} from {value.kind}")
                 value = [self.block.item(value, i) for i in range(len(value.kind.items))]
             for each, item in zip(target.elts, value, strict=True):
                 self.give(each, item)
@@ -284,7 +284,7 @@ class Function(Expressions):
         elif isinstance(target, ast.Subscript):
             self.set_element(target, value)
         else:
-            raise refused(f"a value for {ast.unparse(target)}")
+            raise refusal(f"a value for {ast.unparse(target)}")
 
     def assign(self, name: str, value: Value) -> None:
         """Give a variable a value."""
@@ -295,31 +295,31 @@ class Function(Expressions):
             kind = self.known.kinds.get(name, INTEGER if isinstance(value.kind, Narrow) else value.kind)
             self.cells[name] = kind, self.block.cells(kind)
         kind, cells = self.cells[name]
-        self.block.keep(self.widened(name, value, kind), cells)
+        self.block.keep(self.widen(name, value, kind), cells)
 
-    def widened(self, name: str, value: Value, kind: Kind) -> Value:
+    def widen(self, name: str, value: Value, kind: Kind) -> Value:
         """The value as the kind of its variable.
 
         Raises:
             Restart: that is too narrow.
         """
-        whole = joined(kind, value.kind)
+        whole = join_kinds(kind, value.kind)
         if whole is None:
-            raise refused(f"{name} as {kind} and as {value.kind}")
+            raise refusal(f"{name} as {kind} and as {value.kind}")
         if whole is not kind and not isinstance(whole, Narrow):
             self.known.kinds[name] = whole
             raise Restart
-        return self.coerced(value, kind)
+        return self.coerce(value, kind)
 
     def set_element(self, target: ast.Subscript, value: Value) -> None:
         """Write an element, the elements of a view, or a place of a buffer."""
         base = self.value(target.value)
         if base.kind is BUFFER:
             place = self.lane_place(base, self.value(target.slice))
-            self.block.store_lanes(numbers.converted(self.block, value, LANES), place)
+            self.block.store_lanes(numbers.convert(self.block, value, LANES), place)
             return
         if not isinstance(base.kind, Array):
-            raise refused(f"a value for {ast.unparse(target)}")
+            raise refusal(f"a value for {ast.unparse(target)}")
         indices = self.indices(target.slice)
         if len(indices) < base.kind.ndim or any(not isinstance(index, Value) for index in indices):
             self.write(arrays.view(self.block, base, indices), value)
@@ -333,11 +333,11 @@ class Function(Expressions):
         if of.parts == ("i64",) and value.kind is not of:
             return numbers.whole(self.block, value)
         if of.parts == ("float",) and value.kind is not of:
-            real = numbers.converted(self.block, value, numbers.REAL)
+            real = numbers.convert(self.block, value, numbers.REAL)
             return self.block.number(of, f"fptrunc double {real.name} to float")
         if of.parts == ("i1",):
             return numbers.truth(self.block, value)
-        return numbers.converted(self.block, value, of)
+        return numbers.convert(self.block, value, of)
 
     def change(self, node: ast.AugAssign) -> None:
         """A name, an element or a place of a buffer changed by an operation; where it stands is found once."""
@@ -350,7 +350,7 @@ class Function(Expressions):
                 self.assign(node.target.id, self.arithmetic(operation, old, by))
             return
         if not isinstance(node.target, ast.Subscript):
-            raise refused(ast.unparse(node))
+            raise refusal(ast.unparse(node))
         base, index = self.value(node.target.value), node.target.slice
         if base.kind is BUFFER:
             place = self.lane_place(base, self.value(index))
@@ -360,7 +360,7 @@ class Function(Expressions):
         indices = self.indices(index)
         whole = [each for each in indices if isinstance(each, Value)]
         if not isinstance(base.kind, Array):
-            raise refused(ast.unparse(node))
+            raise refusal(ast.unparse(node))
         if len(whole) != base.kind.ndim or len(indices) != len(whole):
             rows = arrays.view(self.block, base, indices)
             self.write_elementwise(rows, operation, rows, self.value(node.value))
@@ -397,7 +397,7 @@ class Function(Expressions):
         self.block.label(test)
         self.condition(node.test, body, after)
         self.block.label(body)
-        self.looped(node.body, test, after)
+        self.translate_loop(node.body, test, after)
         self.block.again(test)
         self.meet(after)
 
@@ -412,7 +412,7 @@ class Function(Expressions):
             self.through_range(node, [arrays.sizes(items)[0]], items)
             return
         if not isinstance(items.kind, Tuple):
-            raise refused(f"for in {ast.unparse(node.iter)}")
+            raise refusal(f"for in {ast.unparse(node.iter)}")
         if len(items.kind.items) > UNROLLED and set(items.kind.items) == {items.kind.items[0]}:
             self.through_range(node, [constant(len(items.kind.items))], items)
             return
@@ -420,7 +420,7 @@ class Function(Expressions):
         for i in range(len(items.kind.items)):
             ahead = self.block.fresh("next")
             self.give(node.target, self.block.item(items, i))
-            self.looped(node.body, ahead, after)
+            self.translate_loop(node.body, ahead, after)
             self.block.jump(ahead)
             self.meet(ahead)
         self.block.jump(after)
@@ -430,23 +430,25 @@ class Function(Expressions):
         """`for` over a `range`, whose bounds are found once and whose step is a constant, or over items of an array."""
         # counter = first; for: if (counter >= last) goto after; body: name = counter; ...; next: counter += step; goto
         # for; after: (The counter is a cell of its own: the body may give the name another value, as in Python.)
-        given = [numbers.converted(self.block, each, INTEGER) for each in given]
+        given = [numbers.convert(self.block, each, INTEGER) for each in given]
         first, last = (given[0], given[1]) if len(given) > 1 else (constant(0), given[0])
         step = given[2] if len(given) == 3 else constant(1)
         if not isinstance(step.constant, int) or step.constant == 0:
-            raise refused(f"the step of {ast.unparse(node.iter)}")
+            raise refusal(f"the step of {ast.unparse(node.iter)}")
         upwards = step.constant > 0
         cells = self.block.cells(INTEGER)
         self.block.keep(first, cells)
         test, body, ahead, after = (self.block.fresh(stem) for stem in ("for", "body", "next", "after"))
         self.block.label(test)
-        now = Value(INTEGER, self.block.kept(INTEGER, cells).parts, None, first.natural and upwards)
-        self.block.branch(numbers.compared(self.block, "<" if upwards else ">", now, last).name, body, after)
+        now = Value(INTEGER, self.block.read_variable(INTEGER, cells).parts, None, first.natural and upwards)
+        self.block.branch(numbers.compare(self.block, "<" if upwards else ">", now, last).name, body, after)
         self.block.label(body)
         self.give(node.target, now if items is None else self.item_at(items, now, node))
-        self.looped(node.body, ahead, after)
+        self.translate_loop(node.body, ahead, after)
         self.block.label(ahead)
-        self.block.keep(numbers.arithmetic(self.block, "+", self.block.kept(INTEGER, cells), step) or now, cells)
+        self.block.keep(
+            numbers.arithmetic(self.block, "+", self.block.read_variable(INTEGER, cells), step) or now, cells
+        )
         self.block.again(test, counted=first.constant is not None and last.constant is not None)
         self.meet(after)
 
@@ -456,7 +458,7 @@ class Function(Expressions):
             return self.item_of(items, index, node.iter)
         return self.along([items, index, items])
 
-    def looped(self, body: list[ast.stmt], again: str, after: str) -> None:
+    def translate_loop(self, body: list[ast.stmt], again: str, after: str) -> None:
         """The body of a loop, which goes on at `again` and is left for `after`."""
         self.loops.append((again, after))
         self.depth += 1
@@ -470,14 +472,14 @@ class Function(Expressions):
         if isinstance(value.kind, Narrow):
             value = Value(INTEGER, value.parts)
         known = self.known.result
-        whole = value.kind if known is None else joined(known, value.kind)
+        whole = value.kind if known is None else join_kinds(known, value.kind)
         if whole is None:
-            raise refused(f"{known} and {value.kind} as results")
+            raise refusal(f"{known} and {value.kind} as results")
         if known is not None and whole is not known:
             self.known.result = whole
             raise Restart
         self.known.result = whole
         if not self.returns:
             self.result_cells, self.returns = self.block.cells(whole), True
-        self.block.keep(self.coerced(value, whole), self.result_cells)
+        self.block.keep(self.coerce(value, whole), self.result_cells)
         self.block.jump("exit")

@@ -16,7 +16,7 @@ from mafsil.algebra.subproblems import (
     turns_about_two_axes,
     turns_to_distance,
     turns_to_height,
-    unturned,
+    zero_turn,
 )
 from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family, LockedJoint
 from mafsil.mechanics.closed_form.geometry import Geometry
@@ -29,10 +29,10 @@ from mafsil.mechanics.closed_form.line import (
     backward,
     forward,
     norm,
-    started,
+    start_line,
     triple,
 )
-from mafsil.mechanics.closed_form.positioning import Placing, far_or_near, placed, to_height, to_radius
+from mafsil.mechanics.closed_form.positioning import Placing, far_or_near, position_solutions, to_height, to_radius
 
 
 class Arm:
@@ -124,7 +124,7 @@ def _three_parallel(arm: Arm, preferred: list[Turn]) -> Solved:
         tip = one.opposite.vector(arm.R @ w6, motion)
         hub = one.opposite.point(target, motion)
         shoulder = None if one.prismatic else triple(one.w, h, hub - one.r) / arm.size
-        begun = started((motion,), (free,), short, why)
+        begun = start_line((motion,), (free,), short, why)
         for pair in turns_about_two_axes(h, w5, w6, tip, (preferred[1], preferred[4])):
             if arm.patient:
                 total = _within_reach(arm, pair.first.turn, pair.first.free, hub, arm.centre)
@@ -148,7 +148,7 @@ def _link(arm: Arm, preferred: list[Turn]) -> Solved:
     for first, fifth, branch_margin, short, why in _pairs(arm, seen, target, (preferred[0], preferred[4])):
         motion = first.turn if isinstance(first, Root) else first
         free = first.free if isinstance(first, Root) else ex.Expression(0)
-        begun = started((motion,), (free,), short, why)
+        begun = start_line((motion,), (free,), short, why)
         # Joints 1 and 5 are known to the square root of the rounding where axis 6 comes to be parallel to the three.
         total = turn_onto(h, fifth.turn.about(w5, w6), one.opposite.vector(seen, motion), preferred[1], 30.0)
         if arm.patient:
@@ -256,7 +256,7 @@ def _within_reach(arm: Arm, total: Turn, free: ex.Expression, hub: ex.Expression
     # Not to the margin itself, where the elbow is straight and the link's turn no longer a coordinate of the family.
     inset = 0.1 * (most - least)
     goal_distance = ex.fmin(ex.fmax(distance, least + inset), most - inset)
-    root = turns_to_distance(h, hinge - hub, two.r - hub, goal_distance**2, unturned(), arm.size)[0]
+    root = turns_to_distance(h, hinge - hub, two.r - hub, goal_distance**2, zero_turn(), arm.size)[0]
     moved = ex.logic_and(free, ex.logic_or(distance < least, distance > most))
     turned = total.then(root.turn)
     return Turn(ex.if_else(moved, turned.c, total.c), ex.if_else(moved, turned.s, total.s))
@@ -280,7 +280,7 @@ def _planar(arm: Arm, preferred: list[Turn]) -> Solved:
         reached = two.point(point, bend.turn)
         first = turn_onto(h, reached - one.r, target - one.r, preferred_first, arm.size)
         rest = _sign(total.turn.then(first.turn.back()).then(_sign(bend.turn, -s2)), s3)
-        solution = started(
+        solution = start_line(
             (first.turn, bend.turn, rest, distance),
             (first.free, bend.free, ex.Expression(0), ex.Expression(0)),
             bend.residual,
@@ -312,7 +312,7 @@ def _arms(arm: Arm, start: ex.Expression, goal: ex.Expression, preferred: list[T
     """Motions of the first three joints that carry a point from start to goal."""
     one, two, three = arm.lines[:3]
     task = Placing((one, two, three), start, goal, tuple(preferred), arm.meeting, arm.size)
-    return placed(arm.pattern.positioning, task, reverse=arm.pattern.positioning_reversed)
+    return position_solutions(arm.pattern.positioning, task, reverse=arm.pattern.positioning_reversed)
 
 
 def _residual(

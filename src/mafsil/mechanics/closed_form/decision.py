@@ -65,7 +65,9 @@ class Row:
     fixed_excess: ex.Expression
 
 
-def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ex.Expression, tolerance: ex.Expression) -> ex.Expression:
+def solution_bits(
+    pattern: ArmPattern, rows: Sequence[Row], defect: ex.Expression, tolerance: ex.Expression
+) -> ex.Expression:
     """The sum of 2^k over the rows k that are solutions, where they are distinct, isolated and exact; else what to do.
 
     Args:

@@ -6,7 +6,7 @@ import mafsil.expression as ex
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.mechanics.closed_form import parametric
 from mafsil.mechanics.closed_form.geometry import inputs
-from mafsil.mechanics.closed_form.table import Preferences, judged, labelled, raw
+from mafsil.mechanics.closed_form.table import Preferences, judge_branches, label_branches, raw
 
 
 def table_function(pattern: ArmPattern, with_q0: bool) -> ex.Function:
@@ -41,7 +41,7 @@ def labelled_function(pattern: ArmPattern) -> ex.Function:
         pattern: of the arm.
     """
     inputs, T, preferences = _inputs(pattern)
-    q, details, defect = labelled(pattern, T, preferences)
+    q, details, defect = label_branches(pattern, T, preferences)
     outputs = ex.cse([_column(q), _column(details), defect])
     return ex.Function("labelled_closed_form", inputs, outputs)
 
@@ -54,7 +54,7 @@ def judged_function(pattern: ArmPattern) -> ex.Function:
     """
     inputs, T, preferences = _inputs(pattern)
     tolerance = ex.symbol("tolerance")
-    q, details, decision = judged(pattern, T, preferences, tolerance)
+    q, details, decision = judge_branches(pattern, T, preferences, tolerance)
     outputs = ex.cse([_column(q), _column(details), decision])
     return ex.Function("judged_closed_form", [*inputs, tolerance], outputs)
 

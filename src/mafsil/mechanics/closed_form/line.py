@@ -82,12 +82,12 @@ class BranchSolution:
             reason=ex.if_else(worse, reason, self.reason),
         )
 
-    def reversed(self) -> BranchSolution:
+    def reverse(self) -> BranchSolution:
         """The same with its joints in the opposite order."""
         return replace(self, motions=self.motions[::-1], free=self.free[::-1])
 
 
-def started(
+def start_line(
     motions: Sequence[Motion],
     free: Sequence[ex.Expression],
     subproblem_residual: ex.Expression,

@@ -9,7 +9,7 @@ import mafsil.expression as ex
 from mafsil.mechanics.arm_pattern import ArmAnglePattern, ArmPattern, Family
 from mafsil.mechanics.closed_form.arm_angle import arm_angle_branches
 from mafsil.mechanics.closed_form.line import BranchSolution
-from mafsil.mechanics.closed_form.table import JudgedBranch, Preferences, judged_branches, repaired
+from mafsil.mechanics.closed_form.table import JudgedBranch, Preferences, judged_branches, orthonormalise_pose
 from mafsil.mechanics.closed_form.thresholds import MERGED
 
 Pattern: TypeAlias = ArmPattern | ArmAnglePattern
@@ -63,7 +63,7 @@ def parametric_solutions(
         (4,) how far T is from a pose, one if a branch needs refinement, one if rounding may have moved a branch far off
         where two pairs of roots merge, and the least excess over the limits of a solution.
     """
-    T, defect = repaired(T)
+    T, defect = orthonormalise_pose(T)
     rows = _branches(pattern, T, values, preferences)
     least = _least([(row.residual <= most, row.excess) for row in rows])
     coded = [_code(row.solution) for row in rows]
@@ -88,7 +88,7 @@ def parametric_check(
         (3,) the least excess over the limits of a solution, infinite without one; the least residual; how far T is from
         a pose.
     """
-    T, defect = repaired(T)
+    T, defect = orthonormalise_pose(T)
     rows = _branches(pattern, T, values, preferences)
     least_residual = _least([(row.residual < ex.inf, row.residual) for row in rows])
     return ex.vertcat(_least([(row.residual <= most, row.excess) for row in rows]), least_residual, defect)
@@ -105,7 +105,7 @@ def parametric_configurations(
         (branches, n) coordinates, (branches,) residuals, (branches,) excess over the limits, infinite without a
         configuration, and how far T is from a pose.
     """
-    T, defect = repaired(T)
+    T, defect = orthonormalise_pose(T)
     q: list[ex.Expression] = []
     residual: list[ex.Expression] = []
     excess: list[ex.Expression] = []

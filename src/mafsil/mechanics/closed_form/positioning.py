@@ -17,7 +17,7 @@ from mafsil.algebra.subproblems import (
     turns_to_height,
 )
 from mafsil.mechanics.arm_pattern import FailedStep, PositioningMethod
-from mafsil.mechanics.closed_form.line import BranchSolution, Line, Motion, across, norm, started, triple
+from mafsil.mechanics.closed_form.line import BranchSolution, Line, Motion, across, norm, start_line, triple
 
 Moved: TypeAlias = tuple[Motion, ex.Expression, ex.Expression, ex.Expression]
 """A motion, whether it is free, its subproblem residual and the reason of that."""
@@ -57,7 +57,7 @@ class Placing:
         )
 
 
-def placed(method: PositioningMethod, task: Placing, *, reverse: bool) -> list[BranchSolution]:
+def position_solutions(method: PositioningMethod, task: Placing, *, reverse: bool) -> list[BranchSolution]:
     """All motions of three joints that carry the point from start to goal.
 
     Args:
@@ -66,7 +66,7 @@ def placed(method: PositioningMethod, task: Placing, *, reverse: bool) -> list[B
         reverse: whether the method starts from the placed point.
     """
     walk = _METHODS[method]
-    return [one.reversed() for one in walk(task.backwards())] if reverse else walk(task)
+    return [one.reverse() for one in walk(task.backwards())] if reverse else walk(task)
 
 
 def _by_height(task: Placing) -> list[BranchSolution]:
@@ -84,7 +84,7 @@ def _by_height(task: Placing) -> list[BranchSolution]:
                 elbow = ex.dot(across(two.w, three.w), reached - two.r) / task.size
             else:
                 elbow = -side * triple(two.w, three.r - two.r, reached - three.r) / task.size**2
-            first = started((motion, second.turn), (free, second.free), short, why)
+            first = start_line((motion, second.turn), (free, second.free), short, why)
             arm = first.followed_by((third,), (free3,), short3, why3)
             arms.append(replace(arm, branch_margins=(shoulder, elbow, None)))
     return arms
@@ -107,7 +107,7 @@ def _by_distance(task: Placing) -> list[BranchSolution]:
             else:
                 sense = ex.if_else(ex.dot(two.w, three.w) < -1e-9, -1, 1)
                 elbow = ex.if_else(shoulder < 0, -1, 1) * sense * bend / task.size**2
-            arm = started((pair.first.turn, pair.second.turn), (pair.first.free, pair.second.free), short, why)
+            arm = start_line((pair.first.turn, pair.second.turn), (pair.first.free, pair.second.free), short, why)
             arm = arm.followed_by((third,), (free,), pair.first.residual, FailedStep.DIRECTION.value)
             arms.append(replace(arm, branch_margins=(shoulder, elbow, None)))
     return arms
@@ -116,7 +116,7 @@ def _by_distance(task: Placing) -> list[BranchSolution]:
 def _by_three_prismatic(task: Placing) -> list[BranchSolution]:
     """Three prismatic joints: linear equations."""
     d = ex.solve(ex.horzcat(*(line.w for line in task.lines)), task.goal - task.start)
-    return [started((d[0], d[1], d[2]), (ex.Expression(0),) * 3, ex.Expression(0), 0.0)]
+    return [start_line((d[0], d[1], d[2]), (ex.Expression(0),) * 3, ex.Expression(0), 0.0)]
 
 
 def _by_perpendicular_prismatic(task: Placing) -> list[BranchSolution]:
@@ -130,7 +130,7 @@ def _by_perpendicular_prismatic(task: Placing) -> list[BranchSolution]:
         shoulder = None if three.prismatic else ex.dot(one.w, three.velocity(reached + one.r)) / task.size
         for d, short2 in _strokes_to_distance(two.w, reached, ex.dot(offset, offset)):
             first = turn_onto(one.w, reached + d * two.w, offset, task.preferred[0], task.size)
-            arm = started((first.turn, d, motion), (first.free, ex.Expression(0), free), short, why)
+            arm = start_line((first.turn, d, motion), (first.free, ex.Expression(0), free), short, why)
             elbow = ex.dot(two.w, reached + d * two.w) / task.size
             arm = arm.followed_by((), (), short2, FailedStep.TOO_NEAR.value)
             arms.append(replace(arm, branch_margins=(shoulder, elbow, None)))
@@ -165,7 +165,7 @@ def _by_quartic(task: Placing) -> list[BranchSolution]:
         columns = (one.velocity(middle), two.velocity(middle), two.vector(three.velocity(reached), motions[1]))
         determinant = triple(*columns) / task.size**revolute
         residual = norm(one.point(middle, motions[0]) - task.goal)
-        arm = started(motions, free, ex.if_else(residual > 1e-9 * task.size, residual, 0), FailedStep.TOO_FAR.value)
+        arm = start_line(motions, free, ex.if_else(residual > 1e-9 * task.size, residual, 0), FailedStep.TOO_FAR.value)
         arms.append(replace(arm, branch_margins=(None, determinant, None)))
     return arms
 

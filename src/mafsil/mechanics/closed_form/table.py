@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from math import pi
 
 import mafsil.expression as ex
-from mafsil.algebra.subproblems import Turn, unturned
+from mafsil.algebra.subproblems import Turn, zero_turn
 from mafsil.kernels.tape import Tape, read
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.mechanics.closed_form.arm import Arm, branch_solutions
-from mafsil.mechanics.closed_form.decision import Row, decided
+from mafsil.mechanics.closed_form.decision import Row, solution_bits
 from mafsil.mechanics.closed_form.geometry import Geometry, constants
 from mafsil.mechanics.closed_form.line import BranchSolution
 from mafsil.mechanics.closed_form.thresholds import FARTHEST, FIRST_JOINTS, MERGED, WRIST_JOINTS
@@ -62,7 +62,7 @@ def raw(
     return ex.vertcat(*rows)
 
 
-def labelled(
+def label_branches(
     pattern: ArmPattern, T: ex.Expression, preferences: Preferences, geometry: Geometry | None = None
 ) -> tuple[ex.Expression, ex.Expression, ex.Expression]:
     """All branches with what names and judges them.
@@ -80,7 +80,7 @@ def labelled(
     return ex.vertcat(*q), ex.vertcat(*map(_details, rows)), defect
 
 
-def judged(
+def judge_branches(
     pattern: ArmPattern, T: ex.Expression, preferences: Preferences, tolerance: ex.Expression
 ) -> tuple[ex.Expression, ex.Expression, ex.Expression]:
     """The same, with what is decided about the pose in place of how far T is from one.
@@ -92,7 +92,7 @@ def judged(
         tolerance: largest residual of a solution.
     """
     q, rows, defect = _labelled_rows(pattern, T, preferences, None)
-    return ex.vertcat(*q), ex.vertcat(*map(_details, rows)), decided(pattern, rows, defect, tolerance)
+    return ex.vertcat(*q), ex.vertcat(*map(_details, rows)), solution_bits(pattern, rows, defect, tolerance)
 
 
 def _details(row: Row) -> ex.Expression:
@@ -104,7 +104,7 @@ def _labelled_rows(
     pattern: ArmPattern, T: ex.Expression, preferences: Preferences, geometry: Geometry | None
 ) -> tuple[list[ex.Expression], list[Row], ex.Expression]:
     """Coordinates and details of every branch, and how far T is from a pose."""
-    T, defect = repaired(T)
+    T, defect = orthonormalise_pose(T)
     branches = judged_branches(pattern, T, preferences, geometry)
     q = [ex.horzcat(*one.q) for one in branches]
     rows = [row_of(pattern, one.solution, (one.residual, one.free, one.excess, one.fixed)) for one in branches]
@@ -135,7 +135,7 @@ class JudgedBranch:
 def judged_branches(
     pattern: ArmPattern, T: ex.Expression, preferences: Preferences, geometry: Geometry | None = None
 ) -> list[JudgedBranch]:
-    """All branches of a pose that is one; arguments as for `labelled`."""
+    """All branches of a pose that is one; arguments as for `label_branches`."""
     found, residuals = _solve(pattern, T, preferences.q0, preferences.turns, geometry)
     revolute = {j for j, prismatic in zip(pattern.joints, pattern.prismatic, strict=True) if not prismatic}
     revolute |= {locked.joint for locked in pattern.locked if not locked.prismatic}
@@ -206,12 +206,13 @@ def _solve(
     arm = Arm(pattern, numbers, R, p, patient=q0 is not None)
     for locked, axis, point in reversed(numbers.locked):
         if q0 is None or turns is None:
-            motion = ex.Expression(0) if locked.prismatic else unturned()
+            motion = ex.Expression(0) if locked.prismatic else zero_turn()
         else:
             motion = q0[locked.joint] if locked.prismatic else Turn(turns[locked.joint, 0], turns[locked.joint, 1])
         arm.lock(locked, axis, point, motion)
     preferred = [
-        unturned() if turns is None or joint < 0 else Turn(turns[joint, 0], turns[joint, 1]) for joint in pattern.joints
+        zero_turn() if turns is None or joint < 0 else Turn(turns[joint, 0], turns[joint, 1])
+        for joint in pattern.joints
     ]
     return branch_solutions(arm, preferred)
 
@@ -298,7 +299,7 @@ def _displacement(pattern: ArmPattern, geometry: Geometry, T: ex.Expression) -> 
     return (R.T, -R.T @ p) if pattern.reversed else (R, p)
 
 
-def repaired(T: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
+def orthonormalise_pose(T: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
     """The pose with its rotation brought to working precision, and by how much it was none; large if a reflection."""
     R = T[:3, :3]
     gram = R.T @ R

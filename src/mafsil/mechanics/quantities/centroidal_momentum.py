@@ -47,7 +47,7 @@ def centroidal_momentum_matrix(tree: BodyTree, q: Expression) -> Expression:
     composite = [CompositeInertia.of(b.inertia) for b in tree.bodies]
     for i, body in reversed(tree.moving):
         if body.parent:
-            composite[body.parent] = composite[body.parent].added(composite[i].in_parent(steps[i]))
+            composite[body.parent] = composite[body.parent].add(composite[i].in_parent(steps[i]))
     # 2. and 3.
     columns: list[Expression] = [ex.zeros(6, 1) for _ in range(tree.n)]
     seen = _SeenFromCom(tree, q)

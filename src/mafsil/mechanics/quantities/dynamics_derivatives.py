@@ -27,7 +27,7 @@ from mafsil.mechanics.placement import Expression, joint_accelerations, joint_va
 from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics, require_accelerations
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.quantity import Quantity, SecondMethod, States
-from mafsil.mechanics.textbook import Numbers, Textbook, gradient, repeated
+from mafsil.mechanics.textbook import Numbers, Textbook, gradient, repeat_states
 from mafsil.mechanics.wrench import ground_is_shorter
 
 DEEP = 14
@@ -87,7 +87,7 @@ def forward_dynamics_derivatives(
 def _solved_columns(factor: BranchFactor, matrix: Expression) -> Expression:
     """-M^-1 matrix (n, n), column by column."""
     n = factor.n
-    columns = [factor.solved([-matrix[i, j] for i in range(n)]) for j in range(n)]
+    columns = [factor.solve([-matrix[i, j] for i in range(n)]) for j in range(n)]
     return _matrix([[columns[j][i] for j in range(n)] for i in range(n)])
 
 
@@ -121,7 +121,7 @@ def _of_efforts(book: Textbook, s: States) -> Floats:
     """The recursion of Newton and Euler, differentiated by the complex step."""
 
     def efforts(q: Numbers, qd: Numbers, qdd: Numbers) -> Numbers:
-        F = None if s.tip_wrench is None else repeated(s.tip_wrench, len(q))
+        F = None if s.tip_wrench is None else repeat_states(s.tip_wrench, len(q))
         return book.newton_euler(_complex(q), _complex(qd), _complex(qdd), F).tau
 
     return _blocks(efforts, s.q, s.qd, s.qdd)
@@ -131,7 +131,7 @@ def _of_accelerations(book: Textbook, s: States) -> Floats:
     """The equation M qdd = tau - bias, solved in complex numbers."""
 
     def motion(q: Numbers, qd: Numbers, tau: Numbers) -> Numbers:
-        F = None if s.tip_wrench is None else repeated(s.tip_wrench, len(q))
+        F = None if s.tip_wrench is None else repeat_states(s.tip_wrench, len(q))
         return book.accelerations_of(_complex(q), _complex(qd), _complex(tau), F)
 
     return _blocks(motion, s.q, s.qd, s.tau)
@@ -143,7 +143,7 @@ def _blocks(function: Callable[[Numbers, Numbers, Numbers], Numbers], *inputs: F
     for k in range(3):
 
         def varied(x: Numbers, k: int = k) -> Numbers:
-            others = [repeated(value, len(x)) for value in inputs]
+            others = [repeat_states(value, len(x)) for value in inputs]
             return function(*(x if j == k else other for j, other in enumerate(others)))
 
         found.append(gradient(varied, inputs[k]))

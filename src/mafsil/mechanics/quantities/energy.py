@@ -12,7 +12,7 @@ from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.placement import Expression, constant, joint_values, placements, world_placements
 from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod, States
-from mafsil.mechanics.textbook import Textbook, along, gradient, repeated
+from mafsil.mechanics.textbook import Textbook, along, gradient, repeat_states
 
 
 def kinetic_energy(tree: BodyTree, q: Expression, qd: Expression) -> Expression:
@@ -135,7 +135,7 @@ def christoffel_of(M: Expression, q: Expression) -> list[Expression]:
 def _by_complex_step(book: Textbook, s: States) -> Floats:
     """M qdd + (dM/dt) qd - dK/dq + dP/dq, all by the complex step."""
     momentum_rate = np.einsum("bij,bj->bi", along(book.mass_matrix, s.q, s.qd), s.qd)
-    slope = gradient(lambda q: book.kinetic_energy(q, repeated(s.qd, len(q))), s.q)
+    slope = gradient(lambda q: book.kinetic_energy(q, repeat_states(s.qd, len(q))), s.q)
     weight = gradient(book.potential_energy, s.q)
     return np.einsum("bij,bj->bi", book.mass_matrix(s.q), s.qdd) + momentum_rate - slope + weight
 

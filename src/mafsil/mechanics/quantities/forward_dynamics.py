@@ -99,13 +99,13 @@ def by_mass_matrix(
         load = load - jacobian_body(tree, q, tree.tip).T @ F_tip
     M = mass_matrix(tree, q)
     _require_definite(tree, M)
-    return solved(M, load)
+    return solve_mass_matrix(M, load)
 
 
-def solved(M: Expression, b: Expression) -> Expression:
+def solve_mass_matrix(M: Expression, b: Expression) -> Expression:
     """x (n,) with M x = b (n,) for a symmetric positive definite M (n, n), factored along the tree (`BranchFactor`)."""
     factor = BranchFactor(M)
-    return ex.vertcat(*factor.solved([b[i, :] for i in range(factor.n)]))
+    return ex.vertcat(*factor.solve([b[i, :] for i in range(factor.n)]))
 
 
 FORWARD_DYNAMICS = Quantity(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import Attachment, BodyTree
-from mafsil.mechanics.placement import Expression, attached, constant, placements, poses_inward, world_placements
+from mafsil.mechanics.placement import Expression, attached_frame, constant, placements, poses_inward, world_placements
 from mafsil.mechanics.quantity import LYNCH, Beside, Quantity, SecondMethod
 
 
@@ -21,7 +21,7 @@ def forward_kinematics(tree: BodyTree, q: Expression, frame: Attachment) -> Expr
     Reference: Lynch & Park, Modern Robotics, sec. 4.1; link frames as in sec. 5.12 of the specification's book.
     """
     R, p = world_placements(tree, placements(tree, q))
-    return _in_space(tree, *attached(frame, R, p))
+    return _in_space(tree, *attached_frame(frame, R, p))
 
 
 def forward_kinematics_inward(tree: BodyTree, q: Expression, frame: Attachment) -> Expression:
@@ -43,7 +43,7 @@ def link_poses(tree: BodyTree, q: Expression) -> Expression:
         q: (n,) joint coordinates [rad | m].
     """
     R, p = world_placements(tree, placements(tree, q))
-    return ex.vertcat(*(_in_space(tree, *attached(frame, R, p)) for frame in tree.frames.values()))
+    return ex.vertcat(*(_in_space(tree, *attached_frame(frame, R, p)) for frame in tree.frames.values()))
 
 
 def _in_space(tree: BodyTree, R: Expression, p: Expression) -> Expression:

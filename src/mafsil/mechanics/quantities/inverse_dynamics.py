@@ -15,7 +15,7 @@ from mafsil.mechanics.placement import Expression, coordinate_efforts, joint_acc
 from mafsil.mechanics.quantities.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod, States
 from mafsil.mechanics.textbook import Textbook, gradient
-from mafsil.mechanics.wrench import Wrench, transmitted
+from mafsil.mechanics.wrench import Wrench, transmitted_wrenches
 
 
 def inverse_dynamics(
@@ -54,7 +54,7 @@ def inverse_dynamics(
     needs = _needs(tree, motion, inertias)
     if F_tip is not None:
         _add_tip_wrench(tree, F_tip, needs)
-    F = transmitted([body.parent for body in tree.bodies], needs, lambda i, wrench: wrench.in_parent(steps[i]))
+    F = transmitted_wrenches([body.parent for body in tree.bodies], needs, lambda i, wrench: wrench.in_parent(steps[i]))
     accelerations = joint_accelerations(tree, steps, qd, qdd)
     efforts = [
         wrench.along(step) + body.armature * rate if body.armature else wrench.along(step)

@@ -22,7 +22,7 @@ from mafsil.mechanics.quantities.link_motion import BodyMotion, com_frames_of, o
 from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod, States
 from mafsil.mechanics.textbook import Textbook, adjoint
 from mafsil.mechanics.twist_chain import link_com_frames
-from mafsil.mechanics.wrench import Wrench, transmitted
+from mafsil.mechanics.wrench import Wrench, transmitted_wrenches
 
 
 def link_wrenches(
@@ -88,12 +88,12 @@ def _transmit(
         body = frames[k].body
         return F if frames[parents[k]].body == body else F.in_parent(steps[body])
 
-    return transmitted(parents, needs, passed_on)
+    return transmitted_wrenches(parents, needs, passed_on)
 
 
 def _own(tree: BodyTree, k: int, frame: Attachment, motion: BodyMotion) -> Wrench:
     """The wrench that link k's own motion and weight need, at the origin of its body's frame."""
-    inertia, i = tree.links[k].inertia.moved(frame.R, frame.p), frame.body
+    inertia, i = tree.links[k].inertia.in_frame(frame.R, frame.p), frame.body
     return Wrench.of_motion(CompositeInertia.of(inertia), motion.omega[i], motion.alpha[i], motion.a[i], motion.spin[i])
 
 

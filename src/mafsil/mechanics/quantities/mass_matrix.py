@@ -66,7 +66,7 @@ def _composites(
     own = [CompositeInertia.of(body.inertia) for body in tree.bodies] if inertias is None else list(inertias)
     for i, body in reversed(tree.moving):
         if body.parent:
-            own[body.parent] = own[body.parent].added(own[i].in_parent(steps[i]))
+            own[body.parent] = own[body.parent].add(own[i].in_parent(steps[i]))
     return own
 
 

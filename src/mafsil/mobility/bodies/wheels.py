@@ -29,7 +29,7 @@ def _arc(turn: Floats) -> tuple[Floats, Floats]:
     return np.where(small, 1 - turn**2 / 6 + turn**4 / 120, np.sin(safe) / safe), half
 
 
-def rolled(x: Floats, y: Floats, phi: Floats, way: Floats, turn: Floats) -> tuple[Floats, Floats]:
+def roll_along(x: Floats, y: Floats, phi: Floats, way: Floats, turn: Floats) -> tuple[Floats, Floats]:
     """Place after a way [m] along an arc that turns by `turn` [rad] from heading phi: exact for constant rates."""
     forward, sideward = _arc(turn)
     return (
@@ -61,7 +61,7 @@ class Coin:
 
         return Pfaffian(("x", "y", "phi", "theta"), rows)
 
-    def moved(self, q: ArrayLike, phi_dot: ArrayLike, theta_dot: ArrayLike, duration: ArrayLike) -> Floats:
+    def drive(self, q: ArrayLike, phi_dot: ArrayLike, theta_dot: ArrayLike, duration: ArrayLike) -> Floats:
         """(*batch, 4) configuration after constant rates of heading and roll [rad/s] for a time [s]: exact.
 
         Args:
@@ -71,14 +71,14 @@ class Coin:
         """
         start, T = as_batch("q", q, (4,)), finite_numbers("duration", duration)
         turn, roll = finite_numbers("phi_dot", phi_dot) * T, finite_numbers("theta_dot", theta_dot) * T
-        x, y = rolled(start[..., 0], start[..., 1], start[..., 2], self.radius * roll, turn)
+        x, y = roll_along(start[..., 0], start[..., 1], start[..., 2], self.radius * roll, turn)
         return np.stack(np.broadcast_arrays(x, y, start[..., 2] + turn, start[..., 3] + roll), axis=-1)
 
     def manoeuvre(self, q: ArrayLike, steps: Sequence[tuple[float, float]]) -> Floats:
         """(len(steps) + 1, 4) configurations after each (change of heading, roll) [rad], one after the other."""
         path = [as_batch("q", q, (4,), finite=True)]
         for steer, roll in steps:
-            path.append(self.moved(path[-1], steer, roll, 1.0))
+            path.append(self.drive(path[-1], steer, roll, 1.0))
         return np.array(path)
 
     def pose(self, q: ArrayLike) -> Floats:
@@ -109,7 +109,7 @@ class Unicycle:
         """x' sin phi - y' cos phi = 0: no slip across the heading."""
         return Pfaffian(("x", "y", "phi"), lambda q: [[ex.sin(q[2]), -ex.cos(q[2]), 0]])
 
-    def moved(self, q: ArrayLike, speed: ArrayLike, phi_dot: ArrayLike, duration: ArrayLike) -> Floats:
+    def drive(self, q: ArrayLike, speed: ArrayLike, phi_dot: ArrayLike, duration: ArrayLike) -> Floats:
         """(*batch, 3) configuration after constant speed [m/s] and turning rate [rad/s] for a time [s]: exact.
 
         Args:
@@ -118,7 +118,7 @@ class Unicycle:
         """
         start, T = as_batch("q", q, (3,)), finite_numbers("duration", duration)
         turn = finite_numbers("phi_dot", phi_dot) * T
-        x, y = rolled(start[..., 0], start[..., 1], start[..., 2], finite_numbers("speed", speed) * T, turn)
+        x, y = roll_along(start[..., 0], start[..., 1], start[..., 2], finite_numbers("speed", speed) * T, turn)
         return np.stack(np.broadcast_arrays(x, y, start[..., 2] + turn), axis=-1)
 
 
@@ -153,7 +153,7 @@ class Cart:
         """phi - (r/b)(theta_R - theta_L), which no motion changes; of numbers or expressions."""
         return q[2] - self.radius / self.width * (q[3] - q[4])
 
-    def moved(self, q: ArrayLike, wheel_rates: ArrayLike, duration: ArrayLike) -> Floats:
+    def drive(self, q: ArrayLike, wheel_rates: ArrayLike, duration: ArrayLike) -> Floats:
         """(*batch, 5) configuration after constant rates of the wheels for a time: exact.
 
         Args:
@@ -165,7 +165,7 @@ class Cart:
         roll = rates * finite_numbers("duration", duration)[..., None]
         way = self.radius * (roll[..., 0] + roll[..., 1]) / 2
         turn = self.radius * (roll[..., 0] - roll[..., 1]) / self.width
-        x, y = rolled(start[..., 0], start[..., 1], start[..., 2], way, turn)
+        x, y = roll_along(start[..., 0], start[..., 1], start[..., 2], way, turn)
         parts = (x, y, start[..., 2] + turn, start[..., 3] + roll[..., 0], start[..., 4] + roll[..., 1])
         return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
@@ -203,7 +203,7 @@ class Car:
         parts = (speed * np.cos(phi), speed * np.sin(phi), speed * np.tan(steer) / self.length, steer_rate)
         return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
-    def driven(
+    def drive(
         self, q: ArrayLike, inputs: Callable[[float], tuple[float, float]], duration: float, step: float = 0.005
     ) -> Floats:
         """(k + 1, *batch, 4) configurations under inputs over time, Runge-Kutta of fourth order.

@@ -17,7 +17,7 @@ from mafsil.mobility.spaces.motion_group import cross
 THIRDS = tuple(np.radians([90.0, 210.0, 330.0]).tolist())
 
 
-def around(radius: float, angle: float, height: float = 0.0) -> Floats:
+def point_on_circle(radius: float, angle: float, height: float = 0.0) -> Floats:
     """(3,) a point on a circle about z [m]."""
     return np.array([radius * np.cos(angle), radius * np.sin(angle), height])
 
@@ -43,8 +43,8 @@ def stewart_gough(
     joints: list[LinkageJoint] = []
     for k in range(6):
         sign = 1 if k % 2 else -1
-        a = around(base, 2 * np.pi / 3 * (k // 2) + sign * base_spread)
-        b = middle + around(platform, 2 * np.pi / 3 * (k // 2) + sign * platform_spread)
+        a = point_on_circle(base, 2 * np.pi / 3 * (k // 2) + sign * base_spread)
+        b = middle + point_on_circle(platform, 2 * np.pi / 3 * (k // 2) + sign * platform_spread)
         joints += _extending_leg(k, legs[0], a, b)
     return Linkage.of(joints, name=f"Stewart-Gough 6{legs}", output="platform")
 
@@ -86,8 +86,8 @@ def three_upu(
         raise InputError("mobility.legs", legs=axes, known="tangent, radial")
     joints: list[LinkageJoint] = []
     for k, angle in enumerate(THIRDS):
-        radial = around(1.0, angle)
-        outer = radial if axes == "radial" else around(1.0, angle + np.pi / 2)
+        radial = point_on_circle(1.0, angle)
+        outer = radial if axes == "radial" else point_on_circle(1.0, angle + np.pi / 2)
         a = base * radial
         b = platform * radial + np.array([0.0, 0.0, height]) + as_batch("offset", offset, (3,), finite=True)
         inner = cross(b - a, outer)
@@ -108,9 +108,9 @@ def three_rps(base: float = 1.0, platform: float = 0.6, height: float = 1.3) -> 
     """A platform on three legs RPS with tangent hinges on the base [m]."""
     joints: list[LinkageJoint] = []
     for k, angle in enumerate(THIRDS):
-        a, b = around(base, angle), around(platform, angle, height)
+        a, b = point_on_circle(base, angle), point_on_circle(platform, angle, height)
         joints += [
-            joint(f"A{k}", "R", ["ground", f"lower{k}"], a, around(1.0, angle + np.pi / 2)),
+            joint(f"A{k}", "R", ["ground", f"lower{k}"], a, point_on_circle(1.0, angle + np.pi / 2)),
             joint(f"P{k}", "P", [f"lower{k}", f"upper{k}"], a, b - a, actuated=True),
             joint(f"B{k}", "S", [f"upper{k}", "platform"], b),
         ]
@@ -121,10 +121,10 @@ def three_prs(base: float = 1.0, platform: float = 0.6, height: float = 1.3) -> 
     """A platform on three legs PRS with vertical guides [m]."""
     joints: list[LinkageJoint] = []
     for k, angle in enumerate(THIRDS):
-        a, b = around(base, angle, 0.2), around(platform, angle, height)
+        a, b = point_on_circle(base, angle, 0.2), point_on_circle(platform, angle, height)
         joints += [
             joint(f"P{k}", "P", ["ground", f"block{k}"], a, [0, 0, 1], actuated=True),
-            joint(f"A{k}", "R", [f"block{k}", f"rod{k}"], a, around(1.0, angle + np.pi / 2)),
+            joint(f"A{k}", "R", [f"block{k}", f"rod{k}"], a, point_on_circle(1.0, angle + np.pi / 2)),
             joint(f"B{k}", "S", [f"rod{k}", "platform"], b),
         ]
     return Linkage.of(joints, name="3-PRS", output="platform")
@@ -143,10 +143,10 @@ def delta(
     """
     joints: list[LinkageJoint] = []
     for k, angle in enumerate(THIRDS):
-        t = around(1.0, angle + np.pi / 2)
-        a = around(base, angle)
-        elbow = a + around(arm * np.cos(0.4), angle, -arm * np.sin(0.4))
-        b = around(platform, angle, -height)
+        t = point_on_circle(1.0, angle + np.pi / 2)
+        a = point_on_circle(base, angle)
+        elbow = a + point_on_circle(arm * np.cos(0.4), angle, -arm * np.sin(0.4))
+        b = point_on_circle(platform, angle, -height)
         joints.append(joint(f"A{k}", "R", ["ground", f"arm{k}"], a, t, actuated=True))
         for side, shift in (("left", half * t), ("right", -half * t)):
             joints += [
@@ -160,11 +160,11 @@ def eclipse(radius: float = 1.0, platform: float = 0.5, height: float = 1.2) -> 
     """The Eclipse machine: three legs PPRS, columns that go round on a circle and up, six freedoms [m]."""
     joints: list[LinkageJoint] = []
     for k, angle in enumerate(THIRDS):
-        foot, b = around(radius, angle, 0.3), around(platform, angle, height)
+        foot, b = point_on_circle(radius, angle, 0.3), point_on_circle(platform, angle, height)
         joints += [
             joint(f"G{k}", "R", ["ground", f"column{k}"], [0, 0, 0], [0, 0, 1], actuated=True),
             joint(f"P{k}", "P", [f"column{k}", f"block{k}"], foot, [0, 0, 1], actuated=True),
-            joint(f"A{k}", "R", [f"block{k}", f"rod{k}"], foot, around(1.0, angle + np.pi / 2)),
+            joint(f"A{k}", "R", [f"block{k}", f"rod{k}"], foot, point_on_circle(1.0, angle + np.pi / 2)),
             joint(f"B{k}", "S", [f"rod{k}", "platform"], b),
         ]
     return Linkage.of(joints, name="Eclipse", output="platform")
@@ -197,10 +197,10 @@ def hand(fingers: int = 3, joints_each: int = 3, contacts: Sequence[str] | str =
     joints: list[LinkageJoint] = []
     for k, kind in enumerate(kinds):
         angle = 2 * np.pi * k / fingers + 0.1
-        places = [around(0.08 - 0.01 * i, angle + 0.05 * i, 0.04 * i) for i in range(joints_each)]
+        places = [point_on_circle(0.08 - 0.01 * i, angle + 0.05 * i, 0.04 * i) for i in range(joints_each)]
         names = ["ground", *(f"finger{k}.{i + 1}" for i in range(joints_each)), "object"]
         for i, place in enumerate(places):
-            axis = around(1.0, angle) if i == 0 else around(1.0, angle + np.pi / 2)
+            axis = point_on_circle(1.0, angle) if i == 0 else point_on_circle(1.0, angle + np.pi / 2)
             joints.append(joint(f"F{k}.{i + 1}", "R", names[i : i + 2], place, axis, actuated=True))
-        joints.append(joint(f"C{k}", kind, names[-2:], around(0.03, angle, 0.04 * joints_each)))
+        joints.append(joint(f"C{k}", kind, names[-2:], point_on_circle(0.03, angle, 0.04 * joints_each)))
     return Linkage.of(joints, name=f"hand of {fingers} fingers", output="object")

@@ -1,7 +1,7 @@
 from mafsil.mobility.linkages.drawing import common_freedoms as common_freedoms
-from mafsil.mobility.linkages.drawing import drawn_at as drawn_at
-from mafsil.mobility.linkages.drawing import locked as locked
-from mafsil.mobility.linkages.drawing import split as split
+from mafsil.mobility.linkages.drawing import draw_at as draw_at
+from mafsil.mobility.linkages.drawing import lock_joints as lock_joints
+from mafsil.mobility.linkages.drawing import split_joints as split_joints
 from mafsil.mobility.linkages.joint_coordinates import JointCoordinates as JointCoordinates
 from mafsil.mobility.linkages.linkage import Coupling as Coupling
 from mafsil.mobility.linkages.linkage import Linkage as Linkage
@@ -13,7 +13,7 @@ from mafsil.mobility.linkages.linkage_joint import coincident_joints as coincide
 from mafsil.mobility.linkages.linkage_joint import joint as joint
 from mafsil.mobility.linkages.loop_closure import LoopClosure as LoopClosure
 from mafsil.mobility.linkages.loop_closure import body_poses as body_poses
-from mafsil.mobility.linkages.loop_closure import closed_near as closed_near
+from mafsil.mobility.linkages.loop_closure import close_loops_near as close_loops_near
 from mafsil.mobility.linkages.loop_closure import loop_matrix as loop_matrix
 from mafsil.mobility.linkages.loop_closure import point_position as point_position
 from mafsil.mobility.linkages.mechanism_linkage import LinkageLike as LinkageLike

@@ -19,7 +19,7 @@ from mafsil.mobility.tolerances import AS_DRAWN, RANK
 
 
 @on_linkage
-def drawn_at(linkage: Linkage, theta: ArrayLike) -> Linkage:
+def draw_at(linkage: Linkage, theta: ArrayLike) -> Linkage:
     """The linkage drawn where coordinates take it: coordinates of the result count from there.
 
     Spherical and floating joints get new axes there, so that their coordinates are never singular where they are drawn.
@@ -64,7 +64,7 @@ def _move(each: LinkageJoint, T_parent: Floats, T_child: Floats, screws: Floats,
 
 
 @on_linkage
-def locked(linkage: Linkage, names: Iterable[str]) -> Linkage:
+def lock_joints(linkage: Linkage, names: Iterable[str]) -> Linkage:
     """The linkage with joints locked where they are drawn; their bodies become one, named after the first of them.
 
     Args:
@@ -110,7 +110,7 @@ def _with_coupled(linkage: Linkage, fixed: set[int]) -> set[int]:
 
 
 @on_linkage
-def split(linkage: Linkage) -> Linkage:
+def split_joints(linkage: Linkage) -> Linkage:
     """The linkage with every joint of several freedoms as a chain of joints of one, with massless bodies between.
 
     The count of freedoms and the mobility stay the same.

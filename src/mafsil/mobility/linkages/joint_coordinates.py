@@ -18,7 +18,7 @@ from mafsil.geometry.euler import from_euler, to_euler
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.spaces.configuration_space import SpaceFactor, configuration_space
-from mafsil.mobility.spaces.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.torus import chart
 
 BALL = "XYZ"
@@ -53,7 +53,7 @@ class JointCoordinates:
         """(*batch, n) b - a, the short way round where coordinates wrap; of balls the rotation vector from a to b."""
         n = len(self.wraps)
         first, last = as_batch("a", a, (n,)), as_batch("b", b, (n,))
-        step = np.where(self.wraps, wrapped(last - first), last - first)
+        step = np.where(self.wraps, wrap_angle(last - first), last - first)
         for k in self.balls:
             R_a, R_b = (from_euler(q[..., k : k + 3], BALL) for q in (first, last))
             step[..., k : k + 3] = rotation.log(np.swapaxes(R_a, -1, -2) @ R_b)
@@ -69,12 +69,12 @@ class JointCoordinates:
         good = self.wraps | ((value >= self.lower) & (value <= self.upper))
         return np.asarray(good.all(axis=-1), dtype=np.bool_)
 
-    def charted(self, q: ArrayLike) -> Floats:
+    def wrap_angles(self, q: ArrayLike) -> Floats:
         """(*batch, n) with angles that wrap in [0, 2 pi)."""
         value = as_batch("q", q, (len(self.wraps),))
         return np.where(self.wraps, chart(value), value)
 
-    def sampled(self, count: int, seed: int = 0) -> Floats:
+    def sample(self, count: int, seed: int = 0) -> Floats:
         """(count, n) uniform samples; orientations too are uniform.
 
         Raises:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, frozen, number, require_kind
 from mafsil.errors import ModelError
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.messages import say
 from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint
 from mafsil.mobility.tolerances import TYPED
@@ -37,7 +37,7 @@ class Coupling:
     follower: str
     leader: str
     ratio: float
-    __post_init__ = checked(ratio=number)
+    __post_init__ = check_fields(ratio=number)
 
 
 @dataclass(frozen=True, eq=False)

@@ -329,7 +329,7 @@ class LoopClosure(Answer, data="theta gap closed"):
 
 
 @on_linkage
-def closed_near(
+def close_loops_near(
     linkage: Linkage, theta: ArrayLike | None = None, *, fixed: Iterable[str] = (), steps: int = MOST_STEPS
 ) -> LoopClosure:
     """Coordinates near given ones that close all loops: Newton's method with least-norm steps, row by row.

@@ -17,7 +17,7 @@ from mafsil.geometry import pose
 from mafsil.mobility.assembly_existence import closed_beside_drawing, least_gap
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.library import linkage
-from mafsil.mobility.linkages.drawing import drawn_at, split, without
+from mafsil.mobility.linkages.drawing import draw_at, split_joints, without
 from mafsil.mobility.linkages.linkage import Coupling, Linkage
 from mafsil.mobility.linkages.linkage_file import is_linkage, read_linkage
 from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint, across
@@ -26,7 +26,7 @@ from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 from mafsil.model.joint import require_lines
-from mafsil.model.library import spelled
+from mafsil.model.library import library_name
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.regular_file import is_file, whole_text
 from mafsil.toml_source import LARGEST_FILE, parsed_toml
@@ -60,10 +60,10 @@ def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
     if isinstance(source, FourBar):
         source = source.linkage(float(np.mean(source.input_range or 0.0)))
     if isinstance(source, Linkage):
-        return source if q is None else drawn_at(source, q)
-    if isinstance(source, str) and not Path(source).suffix and spelled(source) is None and not exists(source):
+        return source if q is None else draw_at(source, q)
+    if isinstance(source, str) and not Path(source).suffix and library_name(source) is None and not exists(source):
         drawn = linkage(source)
-        return drawn if q is None else drawn_at(drawn, q)
+        return drawn if q is None else draw_at(drawn, q)
     if isinstance(source, str | PathLike):
         path = Path(source)
         if path.suffix.lower() == ".toml" and is_file(path) and _describes_linkage(path):
@@ -142,12 +142,12 @@ def _close(whole: Linkage) -> Linkage:
         ModelError: they could not be closed; the sentence says by how much they miss.
     """
     if float(largest_gap(whole)) <= CLOSED:
-        return drawn_at(whole, np.zeros(whole.coordinates)) if whole.apart else whole
+        return draw_at(whole, np.zeros(whole.coordinates)) if whole.apart else whole
     theta = closed_beside_drawing(whole)
     if theta is None:
         joint, distance, angle = least_gap(whole)
         raise ModelError("mobility.cannot_close", name=whole.name or "-", joint=joint, distance=distance, angle=angle)
-    return drawn_at(whole, theta)
+    return draw_at(whole, theta)
 
 
 def _coordinate(each: Joint, T_pc: Floats) -> float:
@@ -231,7 +231,7 @@ def mechanism_of(linkage: Linkage) -> Mechanism:
     gap = float(largest_gap(linkage))
     if gap > CLOSED:
         raise ModelError("mobility.gapes", name=linkage.name or "-", gap=gap)
-    fine = split(linkage)
+    fine = split_joints(linkage)
     closing = {fine.joints[k].name for k in fine.closing}
     for each in fine.couplings:
         if {each.follower, each.leader} & closing:
@@ -266,7 +266,7 @@ def _model_joint(each: LinkageJoint, parent: str, child: str, origin: Floats, se
 def theta_of_tree(linkage: Linkage, theta: ArrayLike) -> Floats:
     """(*batch, n) coordinates of `mechanism_of(linkage)`, of coordinates (*batch, F) of the linkage."""
     value = as_batch("theta", theta, (linkage.coordinates,))
-    fine = split(linkage)
+    fine = split_joints(linkage)
     order = [k for k, _ in fine.tree]
     first = np.concatenate([[0], np.cumsum([each.freedoms for each in fine.joints])])
     mechanism = mechanism_of(linkage)

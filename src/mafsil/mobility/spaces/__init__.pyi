@@ -6,8 +6,8 @@ from mafsil.mobility.spaces.configuration_space import annulus as annulus
 from mafsil.mobility.spaces.configuration_space import configuration_space as configuration_space
 from mafsil.mobility.spaces.configuration_space import configuration_space_names as configuration_space_names
 from mafsil.mobility.spaces.configuration_space import direction_of as direction_of
+from mafsil.mobility.spaces.configuration_space import named_space as named_space
 from mafsil.mobility.spaces.configuration_space import self_motion_manifold as self_motion_manifold
-from mafsil.mobility.spaces.configuration_space import space_named as space_named
 from mafsil.mobility.spaces.configuration_space import spatial_2r as spatial_2r
 from mafsil.mobility.spaces.configuration_space import task_redundancy as task_redundancy
 from mafsil.mobility.spaces.motion_group import Group as Group

@@ -127,7 +127,7 @@ def configuration_space_names() -> tuple[str, ...]:
     return tuple(DICTIONARY)
 
 
-def space_named(name: str) -> ProductSpace:
+def named_space(name: str) -> ProductSpace:
     """One of the DICTIONARY.
 
     Raises:
@@ -256,4 +256,4 @@ def angles_of_direction(direction: ArrayLike) -> tuple[Floats, np.ndarray[tuple[
 
 def task_redundancy(freedoms: int, task: str) -> int:
     """Freedoms of an arm beyond those of a task, named as in `configuration_space.DICTIONARY`."""
-    return whole("freedoms", freedoms) - space_named(task).dimension
+    return whole("freedoms", freedoms) - named_space(task).dimension

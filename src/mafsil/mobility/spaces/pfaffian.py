@@ -125,7 +125,7 @@ class Pfaffian:
         A = self.matrix(q)
         return null_basis(A, int(ranks(A, RANK)))
 
-    def projected(self, q: ArrayLike, qd: ArrayLike) -> Floats:
+    def project_velocity(self, q: ArrayLike, qd: ArrayLike) -> Floats:
         """(n,) the admissible velocity nearest to a velocity (n,), by least squares of the coordinates' rates."""
         basis = self.velocities(q)
         return basis @ (basis.T @ single("qd", qd, (self.n,)))

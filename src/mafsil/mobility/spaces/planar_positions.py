@@ -79,7 +79,7 @@ def finite_numbers(name: str, value: ArrayLike) -> Floats:
     return np.where(np.isinf(number), np.nan, number) if number.ndim else require_finite(name, number)
 
 
-def wrapped(angle: ArrayLike) -> Floats:
+def wrap_angle(angle: ArrayLike) -> Floats:
     """(*batch,) angles in (-pi, pi]."""
     value = real_array("angle", angle)
     with np.errstate(invalid="ignore"):

@@ -52,7 +52,7 @@ class Ranking:
     order: int
 
 
-def ranked(batches: Sequence[Positions], size: float, *, either_side: bool) -> Ranking:
+def rank_candidates(batches: Sequence[Positions], size: float, *, either_side: bool) -> Ranking:
     """Candidates of batches of linkages.
 
     Args:
@@ -66,14 +66,14 @@ def ranked(batches: Sequence[Positions], size: float, *, either_side: bool) -> R
         positions = batch.built(size)
         if not len(positions):
             continue
-        found = positions.assessed()
+        found = positions.assess()
         # A candidate meets the task itself: its links keep their lengths from position to position.
         kept = np.asarray(found.residual <= EXACT * found.lengths.max(axis=1), dtype=np.bool_)
         if not kept.all():
             positions = positions.chosen(kept)
             if not len(positions):
                 continue
-            found = positions.assessed()
+            found = positions.assess()
         if either_side and not positions.slider:
             positions, found = _better_sides(positions, found)
         bulky = found.lengths.max(axis=1) > BULKY * size
@@ -92,7 +92,7 @@ def ranked(batches: Sequence[Positions], size: float, *, either_side: bool) -> R
 def _better_sides(positions: Positions, found: Assessment) -> tuple[Positions, Assessment]:
     """Each four-bar driven by the side link with milder defects, then with the better transmission angle."""
     other = positions.driven_from_the_other_side()
-    seen = other.assessed()
+    seen = other.assess()
     better: Booleans = np.asarray(
         (seen.severity < found.severity) | ((seen.severity == found.severity) & (seen.worst > found.worst)),
         dtype=np.bool_,
@@ -105,7 +105,7 @@ def _better_sides(positions: Positions, found: Assessment) -> tuple[Positions, A
         np.where(better, other.D, positions.D),
         np.where(rows, other.frame, positions.frame),
     )
-    return mixed, mixed.assessed()
+    return mixed, mixed.assess()
 
 
 @dataclass(frozen=True, eq=False, repr=False)

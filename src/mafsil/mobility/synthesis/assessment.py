@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats, Integers
-from mafsil.mobility.spaces.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.poses import Complexes
 from mafsil.mobility.synthesis.tolerances import DEAD
 from mafsil.mobility.tolerances import TYPED
@@ -170,7 +170,7 @@ def _passage(theta: Floats, middle: Floats, full: Booleans) -> tuple[Booleans, F
         middle: (k, N) middle of the range of a crank that swings: angles are counted from it.
         full: (k,) whether the crank goes round: then the way is the shorter one of both senses that keeps the order.
     """
-    counted = middle + wrapped(theta - middle)
+    counted = middle + wrap_angle(theta - middle)
     steps = np.diff(counted, axis=1)
     rising, falling = (steps > 0).all(axis=1), (steps < 0).all(axis=1)
     forward, back = (np.mod(sign * np.diff(theta, axis=1), 2 * np.pi).sum(axis=1) for sign in (1.0, -1.0))

@@ -14,7 +14,7 @@ from mafsil.messages import say
 from mafsil.mobility.four_bar import FourBar, GrashofClass
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.slider_crank import SliderCrank
-from mafsil.mobility.spaces.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.assessment import Assessment
 from mafsil.mobility.synthesis.positions import Positions
 
@@ -115,7 +115,7 @@ class Candidate(
         step = (C - B)[..., 0] + 1j * (C - B)[..., 1]
         u = step / np.abs(step)
         z = (self.along + 1j * self.across) * u
-        return np.stack([B[..., 0] + z.real, B[..., 1] + z.imag, wrapped(np.angle(u) + self.turned)], axis=-1)
+        return np.stack([B[..., 0] + z.real, B[..., 1] + z.imag, wrap_angle(np.angle(u) + self.turned)], axis=-1)
 
     def coupler_curves(self, samples: int = 361) -> tuple[Floats, ...]:
         """What the origin of the coupler's frame draws: pieces (k, 2) of both modes, one for each reach of the crank.

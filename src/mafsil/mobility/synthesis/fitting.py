@@ -73,7 +73,7 @@ class CouplerFit:
         return np.concatenate([error.real, error.imag]), np.concatenate([J.real, J.imag])
 
 
-def fitted(z: Complexes, timing: Floats | None, starts: Sequence[Positions]) -> Positions:
+def fit_four_bars(z: Complexes, timing: Floats | None, starts: Sequence[Positions]) -> Positions:
     """Four-bars fitted to points from starts, each minimum once.
 
     Args:

@@ -22,8 +22,8 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.four_bar import FourBar
-from mafsil.mobility.spaces.planar_positions import wrapped
-from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
+from mafsil.mobility.spaces.planar_positions import wrap_angle
+from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.candidate import Candidate
 from mafsil.mobility.synthesis.dyads import Dyad, cranks_and_blocks
 from mafsil.mobility.synthesis.motion import dyads_through
@@ -152,7 +152,7 @@ class FunctionTask:
         y = self.values(x)
         theta = self.crank_angles(x) + float(one.theta[0] - found.task[0, 0])
         first = _rocker_angle(one, one.theta[:1])
-        error = wrapped(_rocker_angle(one, theta) - float(first[0]) - (self.rocker_angles(y) - found.task[0, 1]))
+        error = wrap_angle(_rocker_angle(one, theta) - float(first[0]) - (self.rocker_angles(y) - found.task[0, 1]))
         low, high = self.values(np.array(self.interval))
         scale = (high - low) / (self.outputs[1] - self.outputs[0])
         assert isinstance(one.linkage, FourBar)
@@ -189,7 +189,7 @@ def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float 
         raise InputError("synthesis.angle_count", got=theta.shape, least=3, most=5)
     theta, phi = single("inputs", inputs, theta.shape), single("outputs", outputs, theta.shape)
     for k in range(len(theta)):
-        same = np.flatnonzero(np.abs(wrapped(theta[:k] - theta[k])) <= SAME_POSE)
+        same = np.flatnonzero(np.abs(wrap_angle(theta[:k] - theta[k])) <= SAME_POSE)
         if len(same):
             raise InputError("synthesis.same_timing", first=int(same[0]) + 1, second=k + 1)
     g, task = positive("ground", ground), np.column_stack([theta, phi])
@@ -200,7 +200,7 @@ def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float 
         return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", {"ground": g})
     solved = [(K, shift) for shift in shifts for K in _ratios(theta, phi + shift)]
     batches = [one for K, shift in solved if (one := _linkage(K, theta, phi + shift, g)) is not None]
-    ranking = ranked(batches, g, either_side=False)
+    ranking = rank_candidates(batches, g, either_side=False)
     method = "function_by_three" if len(theta) == 3 else "function_by_four"
     return Synthesis(outcome(ranking), "function", ranking, task, (), None, method, {"real": len(solved), "ground": g})
 
@@ -280,7 +280,7 @@ def _five(theta: Floats, phi: Floats, ground: float) -> Synthesis:
     )
     B = on_crank[:, None] * np.exp(1j * theta)
     C = ground + on_rocker[:, None] * np.exp(1j * phi)
-    ranking = ranked([_between(B, C, ground)], ground, either_side=False)
+    ranking = rank_candidates([_between(B, C, ground)], ground, either_side=False)
     details["real"] = len(pins)
     return Synthesis(outcome(ranking), "function", ranking, task, tuple(pins), None, "function_by_five", details)
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Booleans, Floats, Integers, real_array, whole
 from mafsil.errors import InputError
 from mafsil.mobility.spaces.planar_positions import circle_crossings, circle_gap
-from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
+from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.burmester import BurmesterCurves, block_of, curves_of
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks, dyads_of, three_pose_dyads
 from mafsil.mobility.synthesis.five_poses import five_pose_pairs
@@ -78,14 +78,21 @@ def synthesise_motion(
         return Synthesis(SynthesisStatus.INFINITE, "motion", NOTHING, given, (), None, "", {})
     cranks, blocks = cranks_and_blocks(dyads)
     batches = [four_bars_of(cranks), slider_cranks_of(cranks, blocks)]
-    ranking = ranked(batches, float(conditions.size), either_side=True)
+    ranking = rank_candidates(batches, float(conditions.size), either_side=True)
     method = {3: "by_choice" if chosen else "by_grid", 4: "by_curve", 5: "by_five"}[len(given)]
     return Synthesis(
-        outcome(ranking, sampled=len(given) < 5), "motion", ranking, given, tuple(dyads), curves, method, counted(dyads)
+        outcome(ranking, sampled=len(given) < 5),
+        "motion",
+        ranking,
+        given,
+        tuple(dyads),
+        curves,
+        method,
+        count_dyads(dyads),
     )
 
 
-def counted(dyads: list[Dyad]) -> dict[str, Any]:
+def count_dyads(dyads: list[Dyad]) -> dict[str, Any]:
     """How many dyads there are of each kind, for sentences."""
     kinds = [one.kind for one in dyads]
     return {"real": len(kinds), **{kind.name.lower() + "s": kinds.count(kind) for kind in DyadKind}}

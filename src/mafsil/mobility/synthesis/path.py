@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive, single, whole
 from mafsil.errors import InputError
-from mafsil.mobility.spaces.planar_positions import wrapped
-from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
+from mafsil.mobility.spaces.planar_positions import wrap_angle
+from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks
-from mafsil.mobility.synthesis.fitting import fitted
-from mafsil.mobility.synthesis.motion import counted, dyads_through, pole_details
+from mafsil.mobility.synthesis.fitting import fit_four_bars
+from mafsil.mobility.synthesis.motion import count_dyads, dyads_through, pole_details
 from mafsil.mobility.synthesis.poses import PoseConditions, as_complex, common_pole, spread
 from mafsil.mobility.synthesis.positions import Positions, four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.tolerances import SAME_POSE
@@ -84,7 +84,7 @@ def _checked_points(points: ArrayLike, least: int) -> Floats:
 def _require_apart(angles: Floats) -> None:
     """Refuse two equal angles of the crank: it cannot be in two places then."""
     for k in range(len(angles)):
-        same = np.flatnonzero(np.abs(wrapped(angles[:k] - angles[k])) <= SAME_POSE)
+        same = np.flatnonzero(np.abs(wrap_angle(angles[:k] - angles[k])) <= SAME_POSE)
         if len(same):
             raise InputError("synthesis.same_timing", first=int(same[0]) + 1, second=k + 1)
 
@@ -99,10 +99,10 @@ def _exact(z: Floats, angles: Floats, samples: int) -> Synthesis:
     first, batches, infinite = exact_linkages(conditions, samples)
     if infinite:
         return Synthesis(SynthesisStatus.INFINITE, "path", NOTHING, task, (), None, "", {})
-    ranking = ranked(batches, float(conditions.size), either_side=False)
+    ranking = rank_candidates(batches, float(conditions.size), either_side=False)
     method = {3: "path_by_grid", 4: "path_by_curve", 5: "path_by_five"}[len(z)]
     return Synthesis(
-        outcome(ranking, sampled=len(z) < 5), "path", ranking, task, tuple(first), None, method, counted(first)
+        outcome(ranking, sampled=len(z) < 5), "path", ranking, task, tuple(first), None, method, count_dyads(first)
     )
 
 
@@ -160,10 +160,10 @@ def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Sy
     else:
         starts = _starts(z, angles, samples)
     size = float(spread(as_complex(z)))
-    found = fitted(as_complex(z), angles, starts)
+    found = fit_four_bars(as_complex(z), angles, starts)
     misses = np.zeros(0) if found.misses is None else found.misses
     least = float(misses.min(initial=np.inf))
-    ranking = ranked([found.chosen(misses <= max(tolerance, 2 * least))], size, either_side=False)
+    ranking = rank_candidates([found.chosen(misses <= max(tolerance, 2 * least))], size, either_side=False)
     task = z if angles is None else np.column_stack([z, angles])
     details = {"starts": len(starts), "points": len(z), "miss": least, "tolerance": tolerance}
     status = SynthesisStatus.FAR if ranking.count and least > tolerance else outcome(ranking, sampled=True)
@@ -190,7 +190,7 @@ def _starts(z: Floats, angles: Floats, samples: int) -> list[Positions]:
         built = [batch.built(float(conditions.size)) for batch in batches if not batch.slider]
         singles = [batch.chosen(np.array([k])) for batch in built for k in range(len(batch))]
         if count == 4:
-            singles.sort(key=lambda one: int(one.assessed().severity[0]))
+            singles.sort(key=lambda one: int(one.assess().severity[0]))
             singles = singles[:FEW_STARTS]
         found += singles
     return found

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
-from mafsil.mobility.spaces.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.tolerances import AT_INFINITY, SAME_POSE
 
 Complexes = NDArray[np.complex128]
@@ -68,7 +68,7 @@ def checked_poses(poses: ArrayLike, least: int, most: int) -> Floats:
         for second in range(first):
             step = given[..., first, :] - given[..., second, :]
             near = np.hypot(step[..., 0], step[..., 1]) <= SAME_POSE * size
-            if np.any(near & (np.abs(wrapped(step[..., 2])) <= SAME_POSE)):
+            if np.any(near & (np.abs(wrap_angle(step[..., 2])) <= SAME_POSE)):
                 raise InputError("synthesis.same_pose", first=second + 1, second=first + 1)
     return given
 

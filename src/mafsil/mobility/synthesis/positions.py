@@ -46,7 +46,7 @@ class Positions:
             None if self.misses is None else self.misses[which],
         )  # fmt: skip
 
-    def assessed(self) -> Assessment:
+    def assess(self) -> Assessment:
         """Their defects."""
         assess = assess_slider_cranks if self.slider else assess_four_bars
         return assess(self.A, self.B, self.C, self.D)

@@ -58,7 +58,7 @@ def robots() -> tuple[str, ...]:
     return tuple(sorted(ROBOTS))
 
 
-def spelled(name: str) -> str | None:
+def library_name(name: str) -> str | None:
     """The name of the library that a name in other letters stands for: `UR5e`, `Puma 560`; None if there is none.
 
     Args:
@@ -84,7 +84,7 @@ def load(name: str, **dimensions: ArrayLike) -> Mechanism:
     """The robot of that name, with its published or default dimensions.
 
     Args:
-        name: one of `robots()` in any spelling, see `spelled`, or `default` (the Panda).
+        name: one of `robots()` in any spelling, see `library_name`, or `default` (the Panda).
         **dimensions: lengths [m], masses [kg] or angles [rad] other than the default, for arms whose maker takes some,
             such as `lengths=(0.4, 0.3)` of `planar2r` or `L1=0.5` of `elbow6r`.
 
@@ -92,7 +92,7 @@ def load(name: str, **dimensions: ArrayLike) -> Mechanism:
         ModelError: no such robot; the sentence lists close names.
         InputError: an arm has no such dimension, another count of numbers, a number that is not finite.
     """
-    known = spelled(name)
+    known = library_name(name)
     if known is None:
         raise ModelError("library.unknown", name=name, close=", ".join(close_names(name) or robots()))
     maker = ROBOTS[known]

@@ -19,7 +19,7 @@ from mafsil.model import library, table
 from mafsil.model.diagnostics import Diagnostic, Repair, Report
 from mafsil.model.faults import DH_DEGREES, NO_BOUND, NO_LIMIT
 from mafsil.model.faults import FAULTS as READER_FAULTS
-from mafsil.model.file_reader import Change, FileReader, mended, of_errors
+from mafsil.model.file_reader import Change, FileReader, apply_repairs, of_errors
 from mafsil.model.limits import UNBOUNDED
 from mafsil.model.lint.bodies import bodies
 from mafsil.model.lint.finding import BOUND_REFUSED, FAULTS, GRAVITY_SIZE, GRAVITY_UP, LIMIT_REFUSED, NO_MASSES, Finding
@@ -114,7 +114,7 @@ def repair(
     def requested(diagnostic: Diagnostic) -> bool:
         return diagnostic.code in only if only else of_errors(diagnostic)
 
-    text, changes = mended(Path(source), DEFAULT_LIMITS, _combine(reader, repairs=is_urdf), requested)
+    text, changes = apply_repairs(Path(source), DEFAULT_LIMITS, _combine(reader, repairs=is_urdf), requested)
     return text.data.decode("utf-8"), changes
 
 
@@ -180,7 +180,7 @@ def _describe(source: str | PathLike[str]) -> Mechanism:
     """The mechanism of a table or of a library name."""
     if Path(source).suffix.lower() == ".toml":
         return table.read(Path(source))
-    if library.spelled(str(source)) is None:
+    if library.library_name(str(source)) is None:
         raise FileError("robot.no_file", source=str(source)[:100], close="", known=", ".join(library.robots()))
     return library.load(str(source))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Vector3
 from mafsil.errors import FileError
-from mafsil.model.filled_shape import filled
+from mafsil.model.filled_shape import fill_shape
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mesh import Surface, read
@@ -169,7 +169,7 @@ def _mesh_volume(mesh: Mesh, changed: tuple[int, int]) -> float | None:
 
 def _read(mesh: Mesh) -> Surface | None:
     try:
-        return None if mesh.path is None else read(mesh.path).scaled(mesh.scale)
+        return None if mesh.path is None else read(mesh.path).scale(mesh.scale)
     except FileError:
         return None
 
@@ -183,7 +183,7 @@ def _volume(geometry: Geometry) -> float | None:
 
 
 def _filled_volume(geometry: Geometry) -> float | None:
-    body = filled(geometry)
+    body = fill_shape(geometry)
     return None if body is None else body.mass
 
 

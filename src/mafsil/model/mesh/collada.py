@@ -12,7 +12,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.errors import FileError
-from mafsil.model.mesh.surface import Faces, MeshLimits, Surface, cleaned
+from mafsil.model.mesh.surface import Faces, MeshLimits, Surface, clean_surface
 from mafsil.model.placement import screw_motion
 from mafsil.model.source import load
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, parse
@@ -70,7 +70,7 @@ class _Scene:
             return Surface(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
         corners = np.concatenate(self.corners)
         faces: Faces = np.arange(3 * len(corners)).reshape(-1, 3)
-        return cleaned(corners.reshape(-1, 3), faces, np.concatenate(self.colours))
+        return clean_surface(corners.reshape(-1, 3), faces, np.concatenate(self.colours))
 
     def _add_node(self, node: Element, T_above: PoseMatrix, depth: int) -> None:
         """The triangles of a node and of all below it.

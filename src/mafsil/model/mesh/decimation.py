@@ -25,7 +25,7 @@ class _Grid:
     width: float
 
 
-def decimated(surface: Surface, most: int) -> Surface:
+def decimate(surface: Surface, most: int) -> Surface:
     """A surface of at most about `most` triangles; the same one if it has no more.
 
     Points are moved to where the planes of their triangles come nearest to each other (the least squares of Garland and

@@ -21,7 +21,7 @@ from mafsil.errors import FileError
 from mafsil.model.diagnostics import shown
 from mafsil.model.mesh.collada import read_collada
 from mafsil.model.mesh.stl import read_stl
-from mafsil.model.mesh.surface import DEFAULT_LIMITS, MeshLimits, Surface, cleaned
+from mafsil.model.mesh.surface import DEFAULT_LIMITS, MeshLimits, Surface, clean_surface
 from mafsil.regular_file import whole_bytes
 
 
@@ -45,7 +45,7 @@ def read_obj(data: bytes, limits: MeshLimits) -> Surface:
     faces = np.frombuffer(corners, np.int64).reshape(-1, 3) if corners else np.zeros((0, 3), np.int64)
     if faces.size and faces.max() >= len(vertices):
         raise FileError("mesh.index", index=int(faces.max()) + 1, found=len(vertices))
-    return cleaned(vertices, faces)
+    return clean_surface(vertices, faces)
 
 
 def _add_face(corners: array[int], words: list[bytes], known: int) -> None:
@@ -77,7 +77,7 @@ def read_msh(data: bytes, limits: MeshLimits) -> Surface:
     faces = np.frombuffer(data, "<i4", 3 * count, _HEADER + 4 * numbers).reshape(-1, 3).astype(np.int64)
     if faces.size and (faces.min() < 0 or faces.max() >= points):
         raise FileError("mesh.index", index=int(faces.max()), found=points)
-    return cleaned(vertices, faces)
+    return clean_surface(vertices, faces)
 
 
 T = TypeVar("T")

@@ -8,7 +8,7 @@ from array import array
 import numpy as np
 
 from mafsil.errors import FileError
-from mafsil.model.mesh.surface import MeshLimits, Surface, cleaned
+from mafsil.model.mesh.surface import MeshLimits, Surface, clean_surface
 
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -28,7 +28,7 @@ def read_stl(data: bytes, limits: MeshLimits) -> Surface:
         raise FileError("mesh.too_many_faces", limit=limits.faces)
     records = np.frombuffer(data, _RECORD, count, _HEADER)
     vertices = records["corners"].reshape(-1, 3).astype(np.float64)
-    return cleaned(vertices, np.arange(3 * count).reshape(-1, 3))
+    return clean_surface(vertices, np.arange(3 * count).reshape(-1, 3))
 
 
 def _is_exact(data: bytes, count: int) -> bool:
@@ -55,4 +55,4 @@ def _read_ascii(data: bytes, limits: MeshLimits) -> Surface:
     if not ended or len(numbers) % 9:
         raise FileError("mesh.cut")
     vertices = np.frombuffer(numbers, np.float64).reshape(-1, 3) if numbers else np.zeros((0, 3))
-    return cleaned(vertices, np.arange(len(vertices)).reshape(-1, 3))
+    return clean_surface(vertices, np.arange(len(vertices)).reshape(-1, 3))

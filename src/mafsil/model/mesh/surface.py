@@ -43,13 +43,13 @@ class Surface:
     colours: Floats | None = None
     dropped: int = 0
 
-    def scaled(self, scale: tuple[float, float, float]) -> Surface:
+    def scale(self, scale: tuple[float, float, float]) -> Surface:
         """The surface stretched along x, y, z; turned inside out again where the factors mirror it."""
         faces = self.faces[:, ::-1] if np.prod(np.sign(scale)) < 0 else self.faces
         return replace(self, vertices=self.vertices * np.array(scale), faces=faces)
 
 
-def cleaned(vertices: Floats, faces: Faces, colours: Floats | None = None) -> Surface:
+def clean_surface(vertices: Floats, faces: Faces, colours: Floats | None = None) -> Surface:
     """A surface without triangles that have a corner that is not finite, or no area, and without such corners."""
     corners = vertices[faces]
     finite = np.isfinite(corners).all(axis=(1, 2))

@@ -30,7 +30,7 @@ from mafsil.model.mjcf.scope import Part, Scope, Unfolding
 from mafsil.model.numbers import written
 from mafsil.model.placement import screw_motion, translation
 from mafsil.model.reading import Reading
-from mafsil.model.xml_tree import Element, ReadLimits, Refusal, escaped
+from mafsil.model.xml_tree import Element, ReadLimits, Refusal, escape
 
 WORLD = "world"
 SOFT = ("composite", "flexcomp")
@@ -153,7 +153,7 @@ class TreeReader:
         if place.moves:
             self.reading.report(UNSUPPORTED, element, None, self.reading.remove(element), element=element.tag)
         else:
-            name = part.scope.named(element.get("name") or element.get("prefix")) or element.tag
+            name = part.scope.full_name(element.get("name") or element.get("prefix")) or element.tag
             self.tree.soft.append(name)
             self.reading.report(LOOSE_OBJECT, element, None, None, body=name)
 
@@ -162,7 +162,7 @@ class TreeReader:
         element, scope, tree = part.element, part.scope, self.tree
         name = tree.free("body", tree.poses)
         if "name" in element.attributes:
-            name = scope.named(self.reading.name(element))
+            name = scope.full_name(self.reading.name(element))
         if self._is_taken(element, name):
             return ""
         if len(tree.links) + len(tree.sites) + len(tree.frames) >= self.limits.links:
@@ -190,9 +190,9 @@ class TreeReader:
         for part in parts:
             tag, name = part.element.tag, part.element.get("name")
             if tag == "site" and name:
-                self.tree.sites.setdefault(part.scope.named(name), (body, _site_pose(self.reading, part)))
+                self.tree.sites.setdefault(part.scope.full_name(name), (body, _site_pose(self.reading, part)))
             elif tag == "frame":
-                self.tree.frames.setdefault(part.scope.named(name), (body, part.T))
+                self.tree.frames.setdefault(part.scope.full_name(name), (body, part.T))
 
     def _only_inertial(self, parts: list[Part]) -> Part | None:
         """The `inertial` of a body; a second one is reported."""
@@ -226,21 +226,21 @@ class TreeReader:
         """A body that floats in the world is noted; inside another body that is not possible."""
         if place.parent == WORLD:
             self.tree.floating[body] = (part.element, [])
-            self.tree.absent_joints.add(part.scope.named(part.element.get("name")))
+            self.tree.absent_joints.add(part.scope.full_name(part.element.get("name")))
         else:
             self.reading.report(FREE_JOINT, part.element, None, self.reading.remove(part.element), body=body)
 
     def _joint(self, part: Part, body: str, place: Place) -> list[Hinge]:
         """One hinge or slide, or none after an error or for a free joint."""
         reading, tree, settings = self.reading, self.tree, part.scope.library.settings
-        element = settings.styled(reading, part.element, part.childclass)
+        element = settings.apply_defaults(reading, part.element, part.childclass)
         kind = element.get("type", "hinge")
         if kind == "free":
             self._free(part, body, place)
             return []
         name = tree.free("joint", tree.elements)
         if "name" in element.attributes:
-            name = reading.name(element) and part.scope.named(element.get("name"))
+            name = reading.name(element) and part.scope.full_name(element.get("name"))
         if kind == "ball":
             tree.absent_joints.add(name)
             tree.elements.setdefault(name, part.element)
@@ -269,17 +269,17 @@ class TreeReader:
             if part.element.tag == "geom":
                 library = part.scope.library
                 geom = read_geom(
-                    self.reading, library.settings.styled(self.reading, part.element, part.childclass), library
+                    self.reading, library.settings.apply_defaults(self.reading, part.element, part.childclass), library
                 )
                 if geom is not None:
-                    found.append(geom.moved(part.T))
+                    found.append(geom.in_frame(part.T))
         return found
 
 
 def _site_pose(reading: Reading, part: Part) -> PoseMatrix:
     """The pose (4, 4) of a site in its body; where two points are given, its z axis joins them."""
     settings = part.scope.library.settings
-    element = settings.styled(reading, part.element, part.childclass)
+    element = settings.apply_defaults(reading, part.element, part.childclass)
     ends = reading.vector(element, "fromto", 6) if "fromto" in element.attributes else None
     T = read_pose(reading, element, settings) if ends is None else along_line(np.array(ends))
     return frozen(part.T @ T)
@@ -288,9 +288,9 @@ def _site_pose(reading: Reading, part: Part) -> PoseMatrix:
 def _three_hinges(reading: Reading, part: Part, styled: Element) -> Repair:
     """The repair that replaces a ball joint; what refers to it by its name is not repaired."""
     joint = part.element
-    name = escaped(joint.get("name"))
+    name = escape(joint.get("name"))
     names = {k: f' name="{name}_{k}"' if name else "" for k in "xyz"}
-    position = f' pos="{escaped(joint.get("pos"))}"' if "pos" in joint.attributes else ""
+    position = f' pos="{escape(joint.get("pos"))}"' if "pos" in joint.attributes else ""
     axes = {k: " ".join(map(written, axis)) for k, axis in zip("xyz", part.T[:3, :3], strict=True)}
     text = "".join(f'<joint{names[k]} type="hinge" axis="{a}"{position}/>' for k, a in axes.items())
     (removal,) = reading.remove(joint).edits

@@ -52,7 +52,7 @@ def read_loops(references: References, element: Element, scope: Scope) -> list[t
         ball = element.tag == "connect"
         T_pj, T_cj = (_without_rotation(end.T) if ball else end.T for end in (first, second))
         # 3.
-        named = scope.named(element.get("name")) if element.get("name") else ""
+        named = scope.full_name(element.get("name")) if element.get("name") else ""
         name = named if named and not found else tree.free(named or element.tag, {*tree.elements, *tree.closing})
         tree.closing.add(name)
         child, carrier = second.body, None

@@ -25,7 +25,7 @@ def read_couplings(references: References, root: Element) -> tuple[list[Declared
     loops: list[Joint] = []
     for child, scope in references.sections("equality"):
         settings = scope.library.settings
-        element = settings.styled(references.reading, child, "", "equality")
+        element = settings.apply_defaults(references.reading, child, "", "equality")
         # 2.
         if element.get("active", "true") == "false" or "equality" in settings.off:
             continue

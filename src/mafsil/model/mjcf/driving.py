@@ -34,19 +34,19 @@ class Driving:
         self.spatial: set[str] = set()
         self.driven: set[str] = set()
 
-    def finished(self) -> list[Joint]:
+    def finish(self) -> list[Joint]:
         """The joints with all that drives them; where there are actuators, joints without one are passive."""
         for child, scope in self.references.sections("tendon"):
-            self._tendon(scope.library.settings.styled(self.references.reading, child, "", "tendon"), scope)
+            self._tendon(scope.library.settings.apply_defaults(self.references.reading, child, "", "tendon"), scope)
         for child, scope in self.references.sections("actuator"):
-            self._actuator(scope.library.settings.styled(self.references.reading, child, ""), scope)
+            self._actuator(scope.library.settings.apply_defaults(self.references.reading, child, ""), scope)
         if not self.driven:
             return list(self.joints.values())
         return [_passive(joint, self.driven) for joint in self.joints.values()]
 
     def _tendon(self, element: Element, scope: Scope) -> None:
         reading = self.references.reading
-        name = scope.named(element.get("name"))
+        name = scope.full_name(element.get("name"))
         armature = magnitude(reading, element, "armature")
         if element.tag == "spatial":
             self.spatial.add(name)
@@ -114,7 +114,7 @@ class Driving:
     def _pulls(self, element: Element, scope: Scope) -> None:
         """An actuator on a tendon drives all its joints; its share of each is no gear of a joint, which is said."""
         reading = self.references.reading
-        tendon = scope.named(element.get("tendon"))
+        tendon = scope.full_name(element.get("tendon"))
         reading.report(NOT_KEPT, element, "tendon", element=element.tag, what="tendon")
         gear = _gear(reading, element)
         armature, _ = _added(reading, element, scope.library.settings)

@@ -101,7 +101,7 @@ class Geom:
     collides: bool
     matter: Matter | None
 
-    def moved(self, T: PoseMatrix) -> Geom:
+    def in_frame(self, T: PoseMatrix) -> Geom:
         """The same geometry in the frame in which its own has the pose T."""
         shape = None if self.shape is None else replace(self.shape, T_lg=frozen(T @ self.shape.T_lg))
         matter = None if self.matter is None else replace(self.matter, T=frozen(T @ self.matter.T))

@@ -15,7 +15,7 @@ from mafsil.errors import MafsilError
 from mafsil.model.faults import MESH_WITHOUT_MASS, MISSING_ATTRIBUTE, NO_INERTIAL, TOO_BIG
 from mafsil.model.inertia_check import STAND_IN, inertia_fault, mass_fault, principal_moments
 from mafsil.model.link import Inertial, moved_inertial
-from mafsil.model.mass_properties import united
+from mafsil.model.mass_properties import unite_bodies
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mjcf.geom import Geom
 from mafsil.model.mjcf.orientation import read_pose
@@ -89,7 +89,7 @@ def _from_geoms(reading: Reading, body: Element, name: str, parts: Matters) -> I
             if not parts.moves:
                 return None
             reading.report(MESH_WITHOUT_MASS, body, body=name, mesh=geom.matter.mesh, reason=error)
-    return united(*bodies)
+    return unite_bodies(*bodies)
 
 
 def _read_inertial(

@@ -11,7 +11,7 @@ from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
 from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.faults import BALL_ARMATURE, LIMITS_INVERTED, NEGATIVE_DAMPING, NOT_KEPT, UNKNOWN_TYPE, ZERO_AXIS
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.limits import Limits, bounded
+from mafsil.model.limits import Limits, bound_value
 from mafsil.model.mjcf.settings import Settings, choice
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
@@ -135,10 +135,10 @@ def _read_limits(reading: Reading, element: Element, name: str, factor: float, s
             repair = reading.set_attribute(element, "range", f"{written(bounds[1])} {written(bounds[0])}")
             reading.report(LIMITS_INVERTED, element, "range", repair, joint=name, lower=bounds[0], upper=bounds[1])
         elif bounds is not None:
-            lower, upper = bounded(bounds[0]) * factor, bounded(bounds[1]) * factor
+            lower, upper = bound_value(bounds[0]) * factor, bound_value(bounds[1]) * factor
     if is_limited(reading, element, "actuatorfrclimited", "actuatorfrcrange", settings):
         forces = reading.vector(element, "actuatorfrcrange", 2, largest=inf)
-        effort = bounded(max(abs(forces[0]), abs(forces[1]))) if forces is not None else inf
+        effort = bound_value(max(abs(forces[0]), abs(forces[1]))) if forces is not None else inf
     return Limits(lower, upper, effort=effort or inf)
 
 

@@ -57,10 +57,10 @@ def _ties(references: References, roots: dict[str, str]) -> list[tuple[str, str]
     found: list[tuple[str, str]] = []
     for child, scope in references.sections("equality"):
         settings = scope.library.settings
-        element = settings.styled(references.reading, child, "", "equality")
+        element = settings.apply_defaults(references.reading, child, "", "equality")
         if element.tag not in KINDS or element.get("active", "true") == "false" or "equality" in settings.off:
             continue
-        for first, second in references.tied(element, scope):
+        for first, second in references.tied_pairs(element, scope):
             if not {first, second} & references.tree.guided:
                 found.append((roots.get(first, first), roots.get(second, second)))
     return found

@@ -12,8 +12,8 @@ from mafsil.errors import MafsilError, ModelError
 from mafsil.model.asset_path import Assets, Resolved
 from mafsil.model.faults import NOT_KEPT
 from mafsil.model.mesh.reader import read as read_mesh
-from mafsil.model.mesh.surface import Surface, cleaned
-from mafsil.model.mjcf.mesh_mass import MeshInertia, MeshMass, hulled, mesh_mass
+from mafsil.model.mesh.surface import Surface, clean_surface
+from mafsil.model.mjcf.mesh_mass import MeshInertia, MeshMass, hull_surface, mesh_mass
 from mafsil.model.mjcf.settings import Settings, choice
 from mafsil.model.placement import rotation_from_quaternion
 from mafsil.model.reading import Reading
@@ -102,17 +102,17 @@ class MeshAssets:
             return Surface(points, surface.faces)
         points = _inline(element, "vertex").astype(np.float32).astype(np.float64)
         if "face" not in element.attributes:
-            return hulled(points)
+            return hull_surface(points)
         faces = _inline(element, "face").astype(np.int64)
         if faces.size and (faces.min() < 0 or faces.max() >= len(points)):
             raise ModelError(_WORD, what="face")
-        return cleaned(points, faces)
+        return clean_surface(points, faces)
 
     def _place(self, reading: Reading, element: Element, surface: Surface) -> Surface:
         """The surface after its reference pose is taken off and its scale put on."""
         R, p, scale = self._reference(reading, element)
         x, y, z = (float(factor) for factor in scale)
-        return Surface((surface.vertices - p) @ R, surface.faces).scaled((x, y, z))
+        return Surface((surface.vertices - p) @ R, surface.faces).scale((x, y, z))
 
     @staticmethod
     def _reference(reading: Reading, element: Element) -> tuple[Floats, Floats, Floats]:

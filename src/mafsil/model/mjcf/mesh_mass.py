@@ -138,7 +138,7 @@ def _hull(points: Floats) -> Faces:
     return faces
 
 
-def hulled(points: Floats) -> Surface:
+def hull_surface(points: Floats) -> Surface:
     """The convex hull of points as a surface: a mesh without faces."""
     return Surface(points, _hull(points))
 

@@ -54,7 +54,7 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     references = References(reading, unfolding, tree)
     settle(reading, tree, references)
     declared, loops = read_couplings(references, root)
-    joints = Driving(references, resolve_mimics(reading, declared)).finished()
+    joints = Driving(references, resolve_mimics(reading, declared)).finish()
     if reading.failed:
         return None
     name = root.get("model").strip() or "mujoco"
@@ -81,7 +81,7 @@ def _model(reading: Reading, root: Element, inclusion: Inclusion) -> Model:
     # 3.
     for section in root.all("asset"):
         for child in section.children:
-            element = settings.styled(reading, child, "") if child.tag != "model" else child
+            element = settings.apply_defaults(reading, child, "") if child.tag != "model" else child
             if child.tag == "mesh":
                 library.meshes.add(element)
             elif child.tag == "material":
@@ -104,7 +104,7 @@ def _take_out_empty(reading: Reading, root: Element) -> None:
 
 def _add_model(reading: Reading, element: Element, model: Model, inclusion: Inclusion) -> None:
     """A model among the assets, with its own settings; its files lie around it."""
-    with inclusion.opened(element, reading.reference(element, "file")) as root:
+    with inclusion.open_file(element, reading.reference(element, "file")) as root:
         if root is None:
             return
         inclusion.expand(root)
@@ -168,14 +168,14 @@ class Inclusion:
         """The element itself, or what it includes, to any depth."""
         if element.tag != "include":
             return [element]
-        with self.opened(element, self.reading.reference(element, "file")) as root:
+        with self.open_file(element, self.reading.reference(element, "file")) as root:
             if root is None:
                 return []
             self.expand(root)
             return root.children
 
     @contextmanager
-    def opened(self, element: Element, name: str) -> Generator[Element | None]:
+    def open_file(self, element: Element, name: str) -> Generator[Element | None]:
         """A file, looked for in the model's folder and then beside the file that names it; open while it is used."""
         resolved = self.assets.resolve(name)
         if resolved.path is None and self.open:

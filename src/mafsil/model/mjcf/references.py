@@ -45,7 +45,7 @@ class References:
         """The sites that an element names, as `joints`."""
         return self._instances(element, names, scope, self.tree.sites, "site")
 
-    def tied(self, element: Element, scope: Scope) -> list[tuple[str, ...]]:
+    def tied_pairs(self, element: Element, scope: Scope) -> list[tuple[str, ...]]:
         """The pairs of bodies that a constraint ties, by themselves or by their sites; unknown ones are passed over."""
         between_sites = "site1" in element.attributes or "site2" in element.attributes
         keys, known = (("site1", "site2"), self.tree.sites) if between_sites else (("body1", "body2"), self.tree.poses)

@@ -62,7 +62,7 @@ class Scope:
         """Of the model."""
         return self.model.library
 
-    def named(self, name: str) -> str:
+    def full_name(self, name: str) -> str:
         """A name of the file as it is in the whole."""
         return f"{self.prefix}{name}{self.suffix}"
 

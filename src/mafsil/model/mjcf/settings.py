@@ -56,7 +56,7 @@ class Settings:
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     classes: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict[str, dict[str, dict[str, str]]])
 
-    def styled(self, reading: Reading, element: Element, childclass: str, style: str = "") -> Element:
+    def apply_defaults(self, reading: Reading, element: Element, childclass: str, style: str = "") -> Element:
         """The element with the attributes of its default class filled in; its own ones win.
 
         Args:
@@ -69,7 +69,7 @@ class Settings:
             reading.report(UNKNOWN_CLASS, element, "class", name=name)
             return element
         inherited = self.classes.get(name, {}).get(style or _style(element.tag), {})
-        return replace(element, attributes=overlaid(inherited, element.attributes)) if inherited else element
+        return replace(element, attributes=overlay(inherited, element.attributes)) if inherited else element
 
 
 def read_settings(reading: Reading, root: Element) -> Settings:
@@ -90,7 +90,7 @@ def read_settings(reading: Reading, root: Element) -> Settings:
     return settings
 
 
-def overlaid(inherited: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
+def overlay(inherited: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
     """Attributes over those of a class; of a list that may be shorter, the rest stays as the class has it."""
     merged = {**inherited, **own}
     for name in _LISTS.intersection(inherited).intersection(own):
@@ -171,7 +171,7 @@ def _read_class(
     for child in element.children:
         if _style(child.tag) in (*_STYLED, "actuator"):
             style = _style(child.tag)
-            own[style] = overlaid(own.get(style, {}), child.attributes)
+            own[style] = overlay(own.get(style, {}), child.attributes)
     settings.classes[name] = own
     for child in element.all("default"):
         inner = child.get("class")

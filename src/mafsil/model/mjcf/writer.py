@@ -13,14 +13,14 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import UNBOUNDED, Limits
 from mafsil.model.link import Link
 from mafsil.model.loading import of_any_mechanism
-from mafsil.model.losses import Document, delivered, settled, with_tip_link, xml_comment
+from mafsil.model.losses import Document, deliver, settle_losses, with_tip_link, xml_comment
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mjcf.inertial import BOUNDS, inertial_element, numbers, orientation
 from mafsil.model.mjcf.losses import CHOICES, light_links, losses_of, sites_of, stands_in_world
 from mafsil.model.numbers import written
 from mafsil.model.possible_inertia import possible_inertias
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
-from mafsil.model.xml_tree import escaped
+from mafsil.model.xml_tree import escape
 
 APART = 0.1
 """Distance of the two points of a hinge that closes a loop [m]."""
@@ -56,16 +56,16 @@ def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, with
             the motion and that `without` does not name.
         FileError: the file cannot be written.
     """
-    return delivered(document(mechanism, without), mechanism.name, path, without)
+    return deliver(document(mechanism, without), mechanism.name, path, without)
 
 
 def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
     """The text, and what it does not hold; arguments and errors as of `write`, nothing written and no warning."""
     framed, shifted, lacking = possible_inertias(with_tip_link(mechanism, sites_of))
-    losses = settled(losses_of(framed, shifted, lacking), CHOICES, without)
+    losses = settle_losses(losses_of(framed, shifted, lacking), CHOICES, without)
     bounds = BOUNDS if light_links(framed) else ""
     lines = [
-        f'<mujoco model="{escaped(framed.name)}">',
+        f'<mujoco model="{escape(framed.name)}">',
         *xml_comment(losses),
         f'  <compiler angle="radian" autolimits="true" inertiafromgeom="false"{bounds}/>',
         f'  <option gravity="{numbers(framed.gravity)}"/>',
@@ -88,7 +88,7 @@ def _bodies(mechanism: Mechanism) -> Iterator[str]:
     base, open_ = mechanism.links[0], [mechanism.links[0].name]
     in_world = stands_in_world(mechanism)
     if not in_world:
-        yield f'    <body name="{escaped(base.name)}"{_pose(mechanism.T_sb)}>'
+        yield f'    <body name="{escape(base.name)}"{_pose(mechanism.T_sb)}>'
     yield from _content(base, None, sites, named)
     for joint, link in zip(mechanism.joints, mechanism.links[1:], strict=True):
         if joint.child in frames:
@@ -96,7 +96,7 @@ def _bodies(mechanism: Mechanism) -> Iterator[str]:
         while open_[-1] != joint.parent:
             open_.pop()
             yield "    </body>"
-        yield f'    <body name="{escaped(link.name)}"{_pose(joint.T_pj)}>'
+        yield f'    <body name="{escape(link.name)}"{_pose(joint.T_pj)}>'
         yield from _content(link, joint, sites, named)
         open_.append(joint.child)
     yield from ["    </body>"] * (len(open_) - in_world)
@@ -118,7 +118,7 @@ def _content(link: Link, joint: Joint | None, sites: dict[str, list[str]], named
 
 
 def _joint(joint: Joint) -> str:
-    text = f'      <joint name="{escaped(joint.name)}" type="{_KINDS[joint.kind]}" axis="{numbers(joint.axis)}"'
+    text = f'      <joint name="{escape(joint.name)}" type="{_KINDS[joint.kind]}" axis="{numbers(joint.axis)}"'
     armature = 0.0 if joint.actuator is None else joint.actuator.reflected_inertia
     friction = joint.friction
     values = {
@@ -142,7 +142,7 @@ def _limits(limits: Limits) -> str:
 def _geom(shape: Shape, named: set[str], purpose: str) -> Iterator[str]:
     colour = "" if shape.colour is None else f' rgba="{numbers(shape.colour)}"'
     if not isinstance(shape.geometry, Mesh):
-        name = f' name="{escaped(shape.name)}"' if shape.name and shape.name not in named else ""
+        name = f' name="{escape(shape.name)}"' if shape.name and shape.name not in named else ""
         named.add(shape.name)
         kind, size = _size(shape.geometry)
         yield f'      <geom{name} type="{kind}" size="{numbers(size)}"{_pose(shape.T_lg)}{purpose}{colour}/>'
@@ -168,7 +168,7 @@ def _sites(mechanism: Mechanism) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
 
     def add(link: str, name: str, T: Floats) -> None:
-        found.setdefault(link, []).append(f'      <site name="{escaped(name)}"{_pose(T)}/>')
+        found.setdefault(link, []).append(f'      <site name="{escape(name)}"{_pose(T)}/>')
 
     for loop in mechanism.loops:
         for name, T_pj, T_cj in _points(loop):
@@ -199,7 +199,7 @@ def _points(loop: Joint) -> Iterator[tuple[str, Floats, Floats]]:
 def _constraints(loop: Joint) -> Iterator[str]:
     tag = "weld" if loop.kind is JointKind.FIXED else "connect"
     for name, _, _ in _points(loop):
-        each = escaped(name)
+        each = escape(name)
         yield f'    <{tag} name="{each}" site1="{each}/parent" site2="{each}/child"/>'
 
 
@@ -207,7 +207,7 @@ def _couplings(mechanism: Mechanism) -> Iterator[str]:
     for joint in mechanism.joints:
         if joint.mimic is not None:
             line = numbers((*joint.mimic.curve(), 0.0, 0.0, 0.0)[:5])
-            pair = f'joint1="{escaped(joint.name)}" joint2="{escaped(joint.mimic.leader)}"'
+            pair = f'joint1="{escape(joint.name)}" joint2="{escape(joint.mimic.leader)}"'
             yield f'    <joint {pair} polycoef="{line}"/>'
 
 
@@ -217,7 +217,7 @@ def _motors(mechanism: Mechanism) -> Iterator[str]:
     if all(mechanism.actuated) and all(ratio == 1.0 for ratio in ratios.values()):
         return
     for name, ratio in ratios.items():
-        yield f'    <motor name="{escaped(name)}" joint="{escaped(name)}" gear="{written(ratio)}"/>'
+        yield f'    <motor name="{escape(name)}" joint="{escape(name)}" gear="{written(ratio)}"/>'
 
 
 def _pose(T: PoseMatrix | Floats) -> str:

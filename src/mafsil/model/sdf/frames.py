@@ -73,7 +73,7 @@ class Frames:
             self._known[step] = frozen(T)
         return self._known[name]
 
-    def placed(self, reading: Reading, name: str, element: Element) -> PoseMatrix:
+    def placement_frame(self, reading: Reading, name: str, element: Element) -> PoseMatrix:
         """The pose (4, 4) of the frame by which a model is placed, in the model, whose own place is not known yet."""
         T = self.pose(reading, name, element)
         self._known.clear()
@@ -127,7 +127,7 @@ def stands_in_world(mechanism: Mechanism) -> bool:
     return bare and base.name == WORLD and np.array_equal(mechanism.T_sb, np.eye(4))
 
 
-def renamed(mechanism: Mechanism) -> tuple[Mechanism, dict[str, str]]:
+def rename_for_sdf(mechanism: Mechanism) -> tuple[Mechanism, dict[str, str]]:
     """The mechanism with names that SDFormat takes, and those that had to be changed, new to old.
 
     Links keep theirs before joints do.

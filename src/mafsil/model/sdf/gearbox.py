@@ -33,7 +33,7 @@ class _Side:
     sign: float
 
 
-def coupled(
+def couple_gearboxes(
     reading: Reading, parts: Sequence[Part], frames: Frames, version: tuple[int, int], chains: Sequence[Chain]
 ) -> list[Chain]:
     """The joints, those that a gearbox lets follow another as mimics.

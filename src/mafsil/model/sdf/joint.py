@@ -18,7 +18,7 @@ from mafsil.model.faults import (
     ZERO_AXIS,
 )
 from mafsil.model.joint import Joint, JointKind, Mimic
-from mafsil.model.limits import Limits, bounded
+from mafsil.model.limits import Limits, bound_value
 from mafsil.model.link import Link
 from mafsil.model.mimics import Declared
 from mafsil.model.placement import inverse
@@ -160,15 +160,15 @@ def _limits(reading: Reading, axis: Element, name: str, *, ranged: bool) -> Limi
     lower, upper = (
         number(reading, element, tag, sign * inf, infinite=True) for tag, sign in (("lower", -1), ("upper", 1))
     )
-    lower, upper = bounded(lower), bounded(upper)
+    lower, upper = bound_value(lower), bound_value(upper)
     velocity, effort = (number(reading, element, tag, inf, infinite=True) for tag in ("velocity", "effort"))
     if lower > upper:
         reading.report(LIMITS_INVERTED, element, None, None, joint=name, lower=lower, upper=upper)
         return Limits()
     bounds = (lower, upper) if ranged else (-inf, inf)
-    velocity, effort = (bounded(value) if value >= 0 else inf for value in (velocity, effort))
+    velocity, effort = (bound_value(value) if value >= 0 else inf for value in (velocity, effort))
     acceleration = number(reading, element, ACCELERATION, inf, infinite=True)
-    return Limits(*bounds, velocity, bounded(acceleration) if acceleration >= 0 else inf, effort=effort)
+    return Limits(*bounds, velocity, bound_value(acceleration) if acceleration >= 0 else inf, effort=effort)
 
 
 def _actuator(reading: Reading, joint: Element) -> Actuator | None:
@@ -220,7 +220,7 @@ def _mimic(reading: Reading, part: Part, axis: Element) -> Mimic | None:
     return Mimic(leader, multiplier, offset - multiplier * number(reading, element, "reference", 0.0))
 
 
-def fixed(name: str, parent: str, child: str, T: PoseMatrix) -> Joint:
+def fixed_joint(name: str, parent: str, child: str, T: PoseMatrix) -> Joint:
     """A joint that does not move."""
     return Joint(name, JointKind.FIXED, parent, child, frozen(T))
 
@@ -230,6 +230,6 @@ def is_identity(T: PoseMatrix) -> bool:
     return bool(np.abs(T - np.eye(4)).max() < 1e-12)
 
 
-def inverted(T: PoseMatrix) -> PoseMatrix:
+def invert_pose(T: PoseMatrix) -> PoseMatrix:
     """The inverse pose, frozen."""
     return frozen(inverse(T))

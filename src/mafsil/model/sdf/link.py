@@ -10,10 +10,10 @@ import numpy as np
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
 from mafsil.model.faults import BAD_SIZE, MISSING_ELEMENT, SDF_AUTO, SDF_DEFAULT_MASS, UNKNOWN_GEOMETRY
-from mafsil.model.filled_shape import filled
+from mafsil.model.filled_shape import fill_shape
 from mafsil.model.inertia_check import STAND_IN, inertia_fault, mass_fault
 from mafsil.model.link import Inertial, Link, moved_inertial
-from mafsil.model.mass_properties import united
+from mafsil.model.mass_properties import unite_bodies
 from mafsil.model.placement import turned_tensor
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import OWN_NAME, Frames
@@ -79,12 +79,12 @@ def _compute(reading: Reading, part: Part, inertial: Element, collisions: list[P
     bodies: list[Inertial] = []
     for element in part.element.all("collision") or [part.element]:
         shape, density = read.get(id(element)), number(reading, element, "density", usual)
-        body = None if shape is None or density <= 0.0 else filled(shape.geometry, density)
+        body = None if shape is None or density <= 0.0 else fill_shape(shape.geometry, density)
         if shape is None or body is None:
             reading.report(SDF_AUTO, element, None, None, link=part.name)
             return None
         bodies.append(moved_inertial(body, shape.T_lg))
-    whole = united(*bodies)
+    whole = unite_bodies(*bodies)
     if whole is None or inertial.first("mass") is None:
         return whole
     mass = number(reading, inertial, "mass", whole.mass)

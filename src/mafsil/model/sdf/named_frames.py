@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import PoseMatrix, frozen
 from mafsil.model.mimics import Declared
 from mafsil.model.reading import Reading
-from mafsil.model.sdf.joint import Chain, fixed
+from mafsil.model.sdf.joint import Chain, fixed_joint
 from mafsil.model.sdf.scope import MODEL, Part, Parts
 
 IS_BASE = "mafsil:base"
@@ -31,7 +31,7 @@ def read_frame(reading: Reading, part: Part, parts: Parts) -> Chain:
     """
     parent = _carrier(part, parts)
     T = parts.frames.between(reading, parent, part.name, part.element)
-    joint = fixed(part.element.get(OWN_JOINT) or f"{part.name}/attached", parent, part.name, T)
+    joint = fixed_joint(part.element.get(OWN_JOINT) or f"{part.name}/attached", parent, part.name, T)
     return Chain([Declared(joint, part.element)], [], parent, part.name, frozen(np.eye(4)))
 
 

@@ -31,12 +31,12 @@ from mafsil.model.mimics import Declared, resolve_mimics
 from mafsil.model.placement import inverse
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import OWN_NAME, WORLD, with_names
-from mafsil.model.sdf.gearbox import GEARBOX, coupled
+from mafsil.model.sdf.gearbox import GEARBOX, couple_gearboxes
 from mafsil.model.sdf.inclusion import Inclusion
-from mafsil.model.sdf.joint import Chain, fixed, inverted, is_identity, read_joint
+from mafsil.model.sdf.joint import Chain, fixed_joint, invert_pose, is_identity, read_joint
 from mafsil.model.sdf.link import read_link
 from mafsil.model.sdf.named_frames import IS_BASE, IS_TIP, read_frame, tip_frame
-from mafsil.model.sdf.scope import Part, Parts, flag, gathered, numbers
+from mafsil.model.sdf.scope import Part, Parts, flag, gather_parts, numbers
 from mafsil.model.sdf.vocabulary import SDF as VOCABULARY
 from mafsil.model.sdf.vocabulary import version_of
 from mafsil.model.tolerances import WRITTEN
@@ -61,7 +61,7 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
         return None
     if model.file == 1:  # an included one was held against the vocabulary of its own version
         audit(reading, model, VOCABULARY, version_of(root))
-    parts = gathered(reading, model, inclusion)
+    parts = gather_parts(reading, model, inclusion)
     if not parts.links:
         reading.report(NO_LINKS, model)
     _require_unique(reading, parts)
@@ -160,7 +160,7 @@ def _assemble(reading: Reading, model: Element, parts: Parts, assets: Assets, ve
         for part in kept
     ]
     chains = [chain for chain in read if chain is not None]
-    chains = chains if static else coupled(reading, gearboxes, parts.frames, version, chains)
+    chains = chains if static else couple_gearboxes(reading, gearboxes, parts.frames, version, chains)
     carried: set[str] = set()
     for chain, closes in spanning(chains, [part.name for part in parts.links], WORLD):
         _append(result, chain, closes=closes)
@@ -221,7 +221,7 @@ def _is_said(part: Part, *, static: bool) -> bool:
 def _on_world(parts: Parts, part: Part, space: str, model: Element, reading: Reading) -> Declared:
     """A link of a static model, fixed where it stands."""
     T = parts.frames.T_ws @ parts.frames.pose(reading, part.name, model)
-    return Declared(fixed(f"{space}/{part.name}", space, part.name, frozen(T)), part.element)
+    return Declared(fixed_joint(f"{space}/{part.name}", space, part.name, frozen(T)), part.element)
 
 
 def _append(result: _Assembly, chain: Chain, *, closes: bool) -> None:
@@ -235,8 +235,10 @@ def _append(result: _Assembly, chain: Chain, *, closes: bool) -> None:
     last = Declared(replace(last.joint, child=end), last.element)
     if not direct:
         result.links.append(Link(end))
-        parent, child, T = (chain.child, end, inverted(chain.T_jc)) if closes else (end, chain.child, chain.T_jc)
-        result.joints.append(Declared(fixed(f"{chain.joints[0].joint.name}/to_child", parent, child, T), last.element))
+        parent, child, T = (chain.child, end, invert_pose(chain.T_jc)) if closes else (end, chain.child, chain.T_jc)
+        result.joints.append(
+            Declared(fixed_joint(f"{chain.joints[0].joint.name}/to_child", parent, child, T), last.element)
+        )
     if closes:
         result.joints += first
         result.loops.append(last.joint)

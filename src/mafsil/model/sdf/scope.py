@@ -79,14 +79,14 @@ class Parts:
         return name
 
 
-def gathered(reading: Reading, model: Element, inclusion: Inclusion) -> Parts:
+def gather_parts(reading: Reading, model: Element, inclusion: Inclusion) -> Parts:
     """The parts of a model and of those inside it."""
     parts = Parts()
     _gather(reading, model, "", "", parts, inclusion)
     placement = model.get("placement_frame")
     T = pose(reading, model.first("pose"))
     if placement:
-        T = T @ inverse(parts.frames.placed(reading, placement, model))
+        T = T @ inverse(parts.frames.placement_frame(reading, placement, model))
     parts.frames.T_ws = frozen(T)
     return parts
 
@@ -124,7 +124,7 @@ def _gather(reading: Reading, model: Element, prefix: str, outer: str, parts: Pa
             else:
                 _merge(reading, element, inner, inner_frame, parts, inclusion)
             if placement:
-                T_mp = parts.frames.placed(reading, inner + placement, element)
+                T_mp = parts.frames.placement_frame(reading, inner + placement, element)
                 parts.frames.given[inner_frame] = Given(given.relative_to, given.T @ inverse(T_mp), element)
         else:
             if element.tag == "joint" and part.name in others:

@@ -22,11 +22,11 @@ from mafsil.model.losses import (
     Loss,
     Weight,
     curve_loss,
-    delivered,
+    deliver,
     friction_loss,
     joints_that,
     names_of,
-    settled,
+    settle_losses,
     xml_comment,
 )
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
@@ -35,14 +35,14 @@ from mafsil.model.placement import inverse
 from mafsil.model.possible_inertia import possible_inertias
 from mafsil.model.reading import LONGEST_NAME, is_writable
 from mafsil.model.rpy import rpy_from_rotation
-from mafsil.model.sdf.frames import OWN_NAME, WORLD, WrittenNames, named_shapes, renamed, stands_in_world
+from mafsil.model.sdf.frames import OWN_NAME, WORLD, WrittenNames, named_shapes, rename_for_sdf, stands_in_world
 from mafsil.model.sdf.joint import ACCELERATION, GEAR_RATIO, ROTOR_INERTIA
 from mafsil.model.sdf.link import OWN_COLOUR
 from mafsil.model.sdf.named_frames import IS_BASE, IS_TIP, OWN_JOINT
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.tolerances import PRINTED
 from mafsil.model.urdf.writer import is_endless
-from mafsil.model.xml_tree import escaped
+from mafsil.model.xml_tree import escape
 
 CHOICES = ("actuator", "friction", "inertia", "limits", "mass")
 """Words of `without`."""
@@ -85,7 +85,7 @@ def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, with
         FileError: the file cannot be written.
     """
     in_world = path is not None and Path(path).suffix.lower() == ".world"
-    return delivered(document(mechanism, without, in_world=in_world), mechanism.name, path, without)
+    return deliver(document(mechanism, without, in_world=in_world), mechanism.name, path, without)
 
 
 def document(mechanism: Mechanism, without: Collection[str] = (), *, in_world: bool = False) -> Document:
@@ -95,9 +95,9 @@ def document(mechanism: Mechanism, without: Collection[str] = (), *, in_world: b
         mechanism, without: as of `write`.
         in_world: whether a world is around the model in any case.
     """
-    called, changed = renamed(mechanism)
+    called, changed = rename_for_sdf(mechanism)
     possible, shifted, lacking = possible_inertias(called)
-    losses = settled(losses_of(possible, changed, shifted, lacking), CHOICES, without)
+    losses = settle_losses(losses_of(possible, changed, shifted, lacking), CHOICES, without)
     lines = [f"  <model {_call(possible.name, changed)}>", *_model(possible, changed), "  </model>"]
     if in_world or tuple(possible.gravity) != STANDARD_GRAVITY:
         gravity = f"    <gravity>{_numbers(possible.gravity)}</gravity>"
@@ -118,8 +118,8 @@ def _version(mechanism: Mechanism) -> str:
 
 def _call(name: str, changed: Mapping[str, str]) -> str:
     """The name that is written, and beside it the robot's own where that is another one."""
-    own = f' {OWN_NAME}="{escaped(changed[name])}"' if name in changed else ""
-    return f'name="{escaped(name)}"{own}'
+    own = f' {OWN_NAME}="{escape(changed[name])}"' if name in changed else ""
+    return f'name="{escape(name)}"{own}'
 
 
 def _model(mechanism: Mechanism, changed: Mapping[str, str]) -> Iterator[str]:
@@ -127,12 +127,12 @@ def _model(mechanism: Mechanism, changed: Mapping[str, str]) -> Iterator[str]:
     base = mechanism.links[0]
     if not stands_in_world(mechanism):
         yield from _link(base, _call(base.name, changed), _pose(mechanism.T_sb))
-        yield f'    <joint name="{escaped(names.free(f"{base.name}_on_world"))}" type="fixed" {IS_BASE}="true">'
-        yield f"      <parent>{WORLD}</parent>\n      <child>{escaped(base.name)}</child>\n    </joint>"
+        yield f'    <joint name="{escape(names.free(f"{base.name}_on_world"))}" type="fixed" {IS_BASE}="true">'
+        yield f"      <parent>{WORLD}</parent>\n      <child>{escape(base.name)}</child>\n    </joint>"
     for joint in mechanism.joints:
         called = _call(joint.child, changed)
         if is_frame(mechanism, joint):
-            own = escaped(changed.get(joint.name, joint.name))
+            own = escape(changed.get(joint.name, joint.name))
             yield _frame(called, joint.parent, joint.T_pj, f'{OWN_JOINT}="{own}"')
             continue
         yield from _link(mechanism.link(joint.child), called, _pose(joint.T_pj, joint.parent))
@@ -143,7 +143,7 @@ def _model(mechanism: Mechanism, changed: Mapping[str, str]) -> Iterator[str]:
 
 
 def _frame(called: str, parent: str, T: PoseMatrix, own: str) -> str:
-    holder = f'    <frame {called} attached_to="{escaped(parent)}" {own}'
+    holder = f'    <frame {called} attached_to="{escape(parent)}" {own}'
     pose = _pose(T)
     return f"{holder}>{pose}</frame>" if pose else f"{holder}/>"
 
@@ -166,14 +166,14 @@ def _link(link: Link, called: str, pose: str) -> Iterator[str]:
 
 
 def _shape(tag: str, name: str, shape: Shape) -> str:
-    own = "" if name == shape.name else f' {OWN_NAME}="{escaped(shape.name)}"'
+    own = "" if name == shape.name else f' {OWN_NAME}="{escape(shape.name)}"'
     material = ""
     if shape.colour is not None:
         rgba = _numbers(shape.colour)
         own += f' {OWN_COLOUR}="{rgba}"' if tag == "collision" else ""
         material = f"<material><ambient>{rgba}</ambient><diffuse>{rgba}</diffuse></material>" if tag == "visual" else ""
     geometry = f"<geometry>{_geometry(shape.geometry)}</geometry>"
-    return f'      <{tag} name="{escaped(name)}"{own}>{_pose(shape.T_lg)}{geometry}{material}</{tag}>'
+    return f'      <{tag} name="{escape(name)}"{own}>{_pose(shape.T_lg)}{geometry}{material}</{tag}>'
 
 
 def _geometry(geometry: Geometry) -> str:
@@ -186,13 +186,13 @@ def _geometry(geometry: Geometry) -> str:
             tag = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
             return f"<{tag}><radius>{written(radius)}</radius><length>{written(length)}</length></{tag}>"
         case Mesh(reference, _, scale):
-            return f"<mesh><uri>{escaped(reference)}</uri><scale>{_numbers(scale)}</scale></mesh>"
+            return f"<mesh><uri>{escape(reference)}</uri><scale>{_numbers(scale)}</scale></mesh>"
 
 
 def _joint(joint: Joint, called: str) -> Iterator[str]:
     kind = "continuous" if is_endless(joint) else _KINDS.get(joint.kind, joint.kind.value)
     yield f'    <joint {called} type="{kind}">'
-    yield f"      <parent>{escaped(joint.parent)}</parent>\n      <child>{escaped(joint.child)}</child>"
+    yield f"      <parent>{escape(joint.parent)}</parent>\n      <child>{escape(joint.child)}</child>"
     if joint.kind is JointKind.HELICAL:
         yield f"      <screw_thread_pitch>{written(2 * pi * joint.pitch)}</screw_thread_pitch>"
     if joint.actuator is not None and joint.moves:
@@ -219,12 +219,12 @@ def _axis(tag: str, axis: Floats, joint: Joint) -> str:
     if joint.mimic is not None:
         numbers = {"multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset, "reference": 0.0}
         words = "".join(f"<{key}>{written(value)}</{key}>" for key, value in numbers.items())
-        inside += f'<mimic joint="{escaped(joint.mimic.leader)}">{words}</mimic>'
+        inside += f'<mimic joint="{escape(joint.mimic.leader)}">{words}</mimic>'
     return f"      <{tag}><xyz>{_numbers(axis)}</xyz>{inside}</{tag}>"
 
 
 def _pose(T: PoseMatrix, relative_to: str = "") -> str:
-    holder = f' relative_to="{escaped(relative_to)}"' if relative_to not in ("", WORLD) else ""
+    holder = f' relative_to="{escape(relative_to)}"' if relative_to not in ("", WORLD) else ""
     if not holder and np.array_equal(T, np.eye(4)):
         return ""
     return f"<pose{holder}>{_numbers(T[:3, 3])} {_numbers(rpy_from_rotation(T[:3, :3]))}</pose>"

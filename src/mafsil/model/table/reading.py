@@ -58,10 +58,10 @@ def parse(text: str, path: str = "<text>") -> Mechanism:
     Raises:
         FileError, ModelError: as `read`.
     """
-    return warned_of_impossible(mechanism_of(decoded(text, path)))
+    return warned_of_impossible(mechanism_of(decode(text, path)))
 
 
-def decoded(text: str, path: str) -> RobotTable:
+def decode(text: str, path: str) -> RobotTable:
     """The text as a table of the right form, or the line where it is not."""
     try:
         found = parsed_toml(text)

@@ -11,7 +11,7 @@ import numpy as np
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
 from mafsil.model.loading import of_any_mechanism
-from mafsil.model.losses import Document, Loss, Weight, comment_lines, delivered, joints_that, names_of, settled
+from mafsil.model.losses import Document, Loss, Weight, comment_lines, deliver, joints_that, names_of, settle_losses
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.table.building import KINDS
 from mafsil.model.table.text import toml_text
@@ -40,11 +40,11 @@ def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, with
             another link than the last, which a table cannot hold; the sentence names it.
         FileError: the file cannot be written.
     """
-    return delivered(document(mechanism, without), mechanism.name, path, without)
+    return deliver(document(mechanism, without), mechanism.name, path, without)
 
 
 @of_any_mechanism
-def formatted(mechanism: Mechanism) -> str:
+def format_table(mechanism: Mechanism) -> str:
     """The text that `write` writes, without a warning.
 
     Raises:
@@ -57,7 +57,7 @@ def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
     """The text, and what it does not hold; arguments and errors as of `write`, nothing written and no warning."""
     shaped = [link.name for link in mechanism.links if link.visuals or link.collisions]
     lost = [Loss("writing.shapes", Weight.WARNED, "shapes", {"names": names_of(shaped)})] if shaped else []
-    losses = settled((*_refuse(mechanism), *lost), CHOICES, without)
+    losses = settle_losses((*_refuse(mechanism), *lost), CHOICES, without)
     comment = "".join(f"# {line}\n" for line in comment_lines(losses))
     return Document(comment + _table(mechanism), losses)
 

@@ -22,7 +22,7 @@ from mafsil.model.faults import (
     UNUSED_RANGE,
     ZERO_BOUND,
 )
-from mafsil.model.limits import UNBOUNDED, Limits, bounded
+from mafsil.model.limits import UNBOUNDED, Limits, bound_value
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
 from mafsil.model.urdf.vocabulary import WIDER_LIMITS
@@ -78,7 +78,9 @@ def _read_range(reading: Reading, element: Element, name: str, version: Version,
     if None in bounds.values():
         return -inf, inf
     missing = (-inf, inf) if version >= WIDER_LIMITS else (0.0, 0.0)
-    lower, upper = (bounded(bounds.get(key, end) or 0.0) for key, end in zip(("lower", "upper"), missing, strict=True))
+    lower, upper = (
+        bound_value(bounds.get(key, end) or 0.0) for key, end in zip(("lower", "upper"), missing, strict=True)
+    )
     if wraps:
         if given and lower != upper and (lower, upper) != (-inf, inf):
             reading.report(UNUSED_RANGE, element, given[0], joint=name)
@@ -138,7 +140,7 @@ def _read_bound(reading: Reading, element: Element, key: str, name: str, *, need
     elif value is not None and value < 0.0:
         repair = reading.set_attribute(element, key, written(-value), guess=True)
         reading.report(NEGATIVE_BOUND, element, key, repair, joint=name, attribute=key, value=value)
-    return bounded(value) if value is not None and value > 0.0 else inf
+    return bound_value(value) if value is not None and value > 0.0 else inf
 
 
 def _number(reading: Reading, element: Element, key: str, name: str, outward: float) -> float | None:

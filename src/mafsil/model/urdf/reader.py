@@ -50,7 +50,7 @@ from mafsil.model.urdf.shape import Materials, read_shapes
 from mafsil.model.urdf.vocabulary import URDF as VOCABULARY
 from mafsil.model.urdf.vocabulary import version_of
 from mafsil.model.vocabulary import Version
-from mafsil.model.xacro import expanded, is_xacro, left_over
+from mafsil.model.xacro import expand, is_xacro, left_over
 from mafsil.model.xml_tree import Element, ReadLimits
 
 CLOSE = 0.8
@@ -108,7 +108,7 @@ def _plain(reading: Reading, assets: Assets, limits: ReadLimits) -> Element | No
         for element in root.walk():
             element.children = [child for child in element.children if child not in gone]
         return root
-    return expanded(reading, assets, limits)
+    return expand(reading, assets, limits)
 
 
 URDF = Format(_build)

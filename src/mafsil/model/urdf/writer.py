@@ -19,11 +19,11 @@ from mafsil.model.losses import (
     Loss,
     Weight,
     curve_loss,
-    delivered,
+    deliver,
     friction_loss,
     joints_that,
     names_of,
-    settled,
+    settle_losses,
     tip_loss,
     with_space_link,
     with_tip_link,
@@ -38,7 +38,7 @@ from mafsil.model.urdf.capsule import without_capsules
 from mafsil.model.urdf.limit import ACCELERATION
 from mafsil.model.urdf.vocabulary import FIRST, WIDER_LIMITS
 from mafsil.model.vocabulary import Version
-from mafsil.model.xml_tree import escaped
+from mafsil.model.xml_tree import escape
 
 CHOICES = ("gravity", "actuator", "friction", "limits", "passive", "tip")
 """Words of `without`."""
@@ -74,21 +74,21 @@ def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, with
             motion and that `without` does not name.
         FileError: the file cannot be written.
     """
-    return delivered(document(mechanism, without), mechanism.name, path, without)
+    return deliver(document(mechanism, without), mechanism.name, path, without)
 
 
 def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
     """The text, and what it does not hold; arguments and errors as of `write`, nothing written and no warning."""
     framed = with_space_link(with_tip_link(mechanism))
     version = version_for(framed, without)
-    losses = settled(losses_of(framed, version), CHOICES, without)
+    losses = settle_losses(losses_of(framed, version), CHOICES, without)
     blocks = [*xml_comment(losses)]
     blocks += [_link(link) for link in framed.links]
     blocks += [_joint(joint, version) for joint in framed.joints]
     body = "\n".join([*blocks, "</robot>\n"])
     drake = DRAKE if "drake:" in body else ""
     newer = f' version="{version[0]}.{version[1]}"' if version > FIRST else ""
-    head = f'<?xml version="1.0" encoding="UTF-8"?>\n<robot{drake} name="{escaped(framed.name)}"{newer}>'
+    head = f'<?xml version="1.0" encoding="UTF-8"?>\n<robot{drake} name="{escape(framed.name)}"{newer}>'
     return Document(f"{head}\n{body}", losses)
 
 
@@ -96,7 +96,7 @@ def _link(link: Link) -> str:
     parts = [] if link.inertial is None else [_inertial(link.inertial)]
     parts += [_shape("visual", shape) for shape in without_capsules(link.visuals)]
     parts += [_shape("collision", shape) for shape in without_capsules(link.collisions)]
-    name = escaped(link.name)
+    name = escape(link.name)
     return f'  <link name="{name}">\n{"".join(parts)}  </link>' if parts else f'  <link name="{name}"/>'
 
 
@@ -111,7 +111,7 @@ def _inertial(inertial: Inertial) -> str:
 
 
 def _shape(tag: str, shape: Shape) -> str:
-    name = f' name="{escaped(shape.name)}"' if shape.name else ""
+    name = f' name="{escape(shape.name)}"' if shape.name else ""
     colour = "" if shape.colour is None else _material(shape.colour)
     geometry = f"      <geometry>{_geometry(shape.geometry)}</geometry>\n"
     return f"    <{tag}{name}>\n      {_origin(shape.T_lg)}\n{geometry}{colour}    </{tag}>\n"
@@ -128,7 +128,7 @@ def _geometry(geometry: Geometry) -> str:
         case Capsule():
             raise ValueError(geometry)
         case Mesh(reference, _, scale):
-            return f'<mesh filename="{escaped(reference)}" scale="{_numbers(scale)}"/>'
+            return f'<mesh filename="{escape(reference)}" scale="{_numbers(scale)}"/>'
 
 
 def _material(colour: tuple[float, ...]) -> str:
@@ -139,9 +139,9 @@ def _material(colour: tuple[float, ...]) -> str:
 def _joint(joint: Joint, version: Version) -> str:
     kind = "continuous" if is_endless(joint) else joint.kind.value
     lines = [
-        f'  <joint name="{escaped(joint.name)}" type="{kind}">',
+        f'  <joint name="{escape(joint.name)}" type="{kind}">',
         f"    {_origin(joint.T_pj)}",
-        f'    <parent link="{escaped(joint.parent)}"/>\n    <child link="{escaped(joint.child)}"/>',
+        f'    <parent link="{escape(joint.parent)}"/>\n    <child link="{escape(joint.child)}"/>',
     ]
     if joint.moves:
         lines.append(f'    <axis xyz="{_numbers(joint.axis)}"/>')
@@ -157,14 +157,14 @@ def _extras(joint: Joint) -> Iterator[str]:
         yield f'    <dynamics damping="{viscous}" friction="{coulomb}"/>'
     if joint.mimic is not None:
         multiplier, offset = written(joint.mimic.multiplier), written(joint.mimic.offset)
-        yield f'    <mimic joint="{escaped(joint.mimic.leader)}" multiplier="{multiplier}" offset="{offset}"/>'
+        yield f'    <mimic joint="{escape(joint.mimic.leader)}" multiplier="{multiplier}" offset="{offset}"/>'
 
 
 def _transmission(joint: Joint) -> Iterator[str]:
     """Gear ratio and rotor inertia, as a simple transmission; the words for inertia are those of Drake."""
     if joint.actuator is None or not joint.moves:
         return
-    name, ratio = escaped(joint.name), joint.actuator.gear_ratio
+    name, ratio = escape(joint.name), joint.actuator.gear_ratio
     yield f'  <transmission name="{name}">\n    <type>transmission_interface/SimpleTransmission</type>'
     yield f'    <joint name="{name}"/>\n    <actuator name="{name}">'
     yield f"      <mechanicalReduction>{written(ratio)}</mechanicalReduction>"

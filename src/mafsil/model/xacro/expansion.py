@@ -72,7 +72,7 @@ def left_over(root: Element) -> list[Element]:
     return [child for child in root.children if child in found]
 
 
-def expanded(reading: Reading, assets: Assets, limits: ReadLimits) -> Element | None:
+def expand(reading: Reading, assets: Assets, limits: ReadLimits) -> Element | None:
     """The expanded root element of a reading's document, or None after an error that was reported.
 
     Elements keep the place of what they came from; none offers repairs, as none stands in the file as it is.
@@ -273,7 +273,7 @@ class _Expansion:
             inside = scope.inner(is_namespace=True)
             scope.spaces[self._attribute(element, "ns", scope)] = inside
         result: list[Element] = []
-        for root in self.files.included(reference, optional=optional):
+        for root in self.files.included_roots(reference, optional=optional):
             result.extend(self._contents(root, inside, holder))
             self.files.end()
         return result

@@ -21,7 +21,7 @@ from mafsil.model.xacro.values import (
     Function,
     Namespace,
     Value,
-    bounded,
+    check_size,
     in_order,
 )
 
@@ -188,7 +188,7 @@ class _Evaluation:
         visit = _VISITS.get(type(node))
         if visit is None:
             raise wrong(f"{type(node).__name__} is not allowed")
-        return bounded(visit(self, node, depth + 1), self.budget)
+        return check_size(visit(self, node, depth + 1), self.budget)
 
     def constant(self, node: ast.Constant, _depth: int) -> Value:
         if not isinstance(node.value, bool | int | float | str | None):
@@ -196,7 +196,7 @@ class _Evaluation:
         return node.value
 
     def name(self, node: ast.Name, _depth: int) -> Value:
-        return named(node.id, self.names)
+        return name_value(node.id, self.names)
 
     def binary(self, node: ast.BinOp, depth: int) -> Value:
         operation = _BINARY.get(type(node.op))
@@ -330,7 +330,7 @@ def _bind(target: ast.expr, value: Value, bound: dict[str, Value]) -> None:
         raise wrong(f"{type(target).__name__} is not allowed")
 
 
-def named(name: str, names: Names) -> Value:
+def name_value(name: str, names: Names) -> Value:
     """The value of a name.
 
     Raises:

@@ -29,7 +29,7 @@ from mafsil.model.reading import Reading
 from mafsil.model.source import load
 from mafsil.model.xacro.expression import evaluate
 from mafsil.model.xacro.fault import Budget, Reported, XacroFault, wrong
-from mafsil.model.xacro.values import Function, Value, bounded, literal
+from mafsil.model.xacro.values import Function, Value, check_size, literal
 from mafsil.model.xacro.vocabulary import audit
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, parse
 from mafsil.regular_file import regular_bytes
@@ -87,7 +87,7 @@ class Files:
         self._used.add(name)
         self.arguments.setdefault(name, default)
 
-    def included(self, reference: str, *, optional: bool) -> Iterator[Element]:
+    def included_roots(self, reference: str, *, optional: bool) -> Iterator[Element]:
         """The roots of the files that a reference means, several for a pattern; call `end` after each.
 
         Raises:
@@ -227,12 +227,12 @@ class Files:
         self.budget.spend(COST)
         try:
             text = regular_bytes(path, LARGEST + 1).decode("utf-8-sig")
-            value = parsed(text)
+            value = parse_yaml(text)
         except YamlFault as fault:
             raise XacroFault(XACRO_YAML, file=self._shown(path), line=fault.line, reason=fault.reason) from None
         except (OSError, ValueError) as error:
             raise XacroFault(XACRO_YAML, file=self._shown(path), line=0, reason=str(error)) from None
-        return bounded(value, self.budget)
+        return check_size(value, self.budget)
 
 
 class _Arguments:
@@ -282,7 +282,7 @@ class YamlFault(ValueError):
         self.reason = reason
 
 
-def parsed(text: str) -> Node:
+def parse_yaml(text: str) -> Node:
     """The value of a YAML text.
 
     What an alias stands for is the same object, so a small file stays small; who writes it out bounds it.

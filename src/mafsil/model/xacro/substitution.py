@@ -9,7 +9,7 @@ from mafsil.model.faults import XACRO_COMMAND, XACRO_TEXT
 from mafsil.model.xacro.expression import evaluate
 from mafsil.model.xacro.fault import Budget, XacroFault
 from mafsil.model.xacro.scope import Scope
-from mafsil.model.xacro.values import Value, bounded, text_of
+from mafsil.model.xacro.values import Value, check_size, text_of
 
 _PIECE = re.compile(
     r"(?P<escaped>\$\$+[{(])|\$\{(?P<expression>[^}]*)\}|\$\((?P<command>[^)]*)\)|(?P<text>[^$]+|\$[^{($]+|\$$)"
@@ -49,7 +49,7 @@ class Substitution:
             self._depth -= 1
         if len(pieces) == 1:
             return pieces[0]
-        return bounded("".join(text_of(bounded(piece, self.budget)) for piece in pieces), self.budget)
+        return check_size("".join(text_of(check_size(piece, self.budget)) for piece in pieces), self.budget)
 
     def text(self, text: str, scope: Scope) -> str:
         """The value of a text, as text."""

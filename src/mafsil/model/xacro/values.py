@@ -52,7 +52,7 @@ class Namespace:
         self.known = tuple(known)
 
 
-def bounded(value: Value, budget: Budget) -> Value:
+def check_size(value: Value, budget: Budget) -> Value:
     """The value itself, if it is small enough.
 
     Raises:

@@ -23,8 +23,8 @@ from mafsil.one_joint.drives.gear import matching_ratio as matching_ratio
 from mafsil.one_joint.drives.gear import staged_efficiency as staged_efficiency
 from mafsil.one_joint.drives.motor import CurrentLoop as CurrentLoop
 from mafsil.one_joint.drives.motor import Motor as Motor
-from mafsil.one_joint.drives.motor import drive as drive
 from mafsil.one_joint.drives.motor import joint_with_drive as joint_with_drive
+from mafsil.one_joint.drives.motor import operating_point as operating_point
 from mafsil.one_joint.drives.sensors import SENSORS as SENSORS
 from mafsil.one_joint.drives.sensors import SensorKind as SensorKind
 from mafsil.one_joint.drives.torque_loop import TorqueLoop as TorqueLoop

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, share, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, share, together
 from mafsil.one_joint.row_answer import RowAnswer
 
 
@@ -30,7 +30,9 @@ class MotorRating:
     continuous_torque: Floats
     speed: Floats
     inertia: Floats
-    __post_init__ = batched(peak_torque=above_zero, continuous_torque=above_zero, speed=above_zero, inertia=magnitude)
+    __post_init__ = check_batch(
+        peak_torque=above_zero, continuous_torque=above_zero, speed=above_zero, inertia=magnitude
+    )
 
     @classmethod
     def of(

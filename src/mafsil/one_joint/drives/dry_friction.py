@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, batched, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, check_batch, finite, magnitude, together
 from mafsil.one_joint.row_answer import RowAnswer
 
 
@@ -38,7 +38,7 @@ class SpeedFriction:
     viscous: Floats
     stribeck_speed: Floats
     exponent: Floats
-    _numbers = batched(
+    _numbers = check_batch(
         static=magnitude, kinetic=magnitude, viscous=magnitude, stribeck_speed=magnitude, exponent=above_zero
     )
 
@@ -277,7 +277,7 @@ class FrictionConditions:
     thinning: Floats
     reference: Floats
     stiffness: Floats
-    __post_init__ = batched(
+    __post_init__ = check_batch(
         load_share=magnitude,
         rest_time=magnitude,
         thinning=magnitude,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, batched, magnitude, together
+from mafsil.one_joint.arguments import above_zero, check_batch, magnitude, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.row_answer import RowAnswer
 
@@ -48,7 +48,7 @@ class ElasticJoint:
     damping: Floats
     link_friction: Floats
     motor_friction: Floats
-    __post_init__ = batched(
+    __post_init__ = check_batch(
         link_inertia=above_zero,
         motor_inertia=above_zero,
         stiffness=above_zero,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, share, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, share, together
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -30,7 +30,7 @@ class Gear:
     motor_inertia: Floats
     efficiency: Floats
     motor_friction: Floats
-    __post_init__ = batched(ratio=above_zero, motor_inertia=magnitude, efficiency=share, motor_friction=magnitude)
+    __post_init__ = check_batch(ratio=above_zero, motor_inertia=magnitude, efficiency=share, motor_friction=magnitude)
 
     @classmethod
     def of(
@@ -164,7 +164,7 @@ class Backlash:
 
     gap: Floats
     stiffness: Floats
-    __post_init__ = batched(gap=magnitude, stiffness=above_zero)
+    __post_init__ = check_batch(gap=magnitude, stiffness=above_zero)
 
     @classmethod
     def of(cls, gap: ArrayLike, stiffness: ArrayLike = 1.0) -> Backlash:
@@ -184,7 +184,7 @@ class Backlash:
         u = finite("twist", twist)
         return self.stiffness * np.sign(u) * np.maximum(np.abs(u) - self.gap / 2.0, 0.0)
 
-    def followed(self, motor: ArrayLike, start: ArrayLike | None = None) -> Floats:
+    def link_position(self, motor: ArrayLike, start: ArrayLike | None = None) -> Floats:
         """(*batch, k) where a link with friction and without inertia stands while the motor goes its way: hysteresis.
 
         The link rests until a tooth touches: y_k is the place nearest to y_(k-1) within half a gap of the motor.

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes, polynomial_value
 from mafsil.one_joint.row_answer import RowAnswer
@@ -32,7 +32,7 @@ class Motor:
     resistance: Floats
     inductance: Floats
     voltage: Floats
-    __post_init__ = batched(constant=above_zero, resistance=above_zero, inductance=above_zero, voltage=above_zero)
+    __post_init__ = check_batch(constant=above_zero, resistance=above_zero, inductance=above_zero, voltage=above_zero)
 
     @classmethod
     def of(cls, constant: ArrayLike, resistance: ArrayLike, inductance: ArrayLike, voltage: ArrayLike) -> Motor:
@@ -86,7 +86,7 @@ class CurrentLoop:
     motor: Motor
     kp: Floats
     ki: Floats
-    __post_init__ = batched(kp=magnitude, ki=magnitude)
+    __post_init__ = check_batch(kp=magnitude, ki=magnitude)
 
     @property
     def dynamics(self) -> ErrorDynamics:
@@ -119,7 +119,7 @@ class CurrentLoop:
 
     def reachable(self, torque: ArrayLike, speed: ArrayLike) -> DriveAnswer:
         """Whether torque (*batch) [N m] can be held at a speed (*batch) [rad/s] with the amplifier's voltage."""
-        return drive(self.motor, torque, speed)
+        return operating_point(self.motor, torque, speed)
 
 
 class DriveStatus(Status):
@@ -149,7 +149,7 @@ class DriveAnswer(RowAnswer):
     losses: Floats
 
 
-def drive(motor: Motor, torque: ArrayLike, speed: ArrayLike) -> DriveAnswer:
+def operating_point(motor: Motor, torque: ArrayLike, speed: ArrayLike) -> DriveAnswer:
     """What a steady torque at a speed takes.
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Booleans, Floats
-from mafsil.one_joint.arguments import above_zero, batched, magnitude, together
+from mafsil.one_joint.arguments import above_zero, check_batch, magnitude, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
 
@@ -35,7 +35,7 @@ class TorqueLoop:
     dry: Floats
     kp: Floats
     ki: Floats
-    __post_init__ = batched(
+    __post_init__ = check_batch(
         motor_inertia=above_zero, stiffness=above_zero, viscous=magnitude, dry=magnitude, kp=magnitude, ki=magnitude
     )
 

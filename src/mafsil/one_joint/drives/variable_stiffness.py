@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
 from mafsil.arrays import Floats
-from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, together
 from mafsil.one_joint.polynomial import Complexes
 from mafsil.one_joint.row_answer import RowAnswer
 
@@ -40,7 +40,7 @@ class VariableStiffness:
     radius: Floats
     motor_radius: Floats
     longest: Floats
-    __post_init__ = batched(spring=above_zero, radius=above_zero, motor_radius=above_zero, longest=above_zero)
+    __post_init__ = check_batch(spring=above_zero, radius=above_zero, motor_radius=above_zero, longest=above_zero)
 
     @classmethod
     def of(cls, spring: ArrayLike, radius: ArrayLike, motor_radius: ArrayLike, longest: ArrayLike) -> VariableStiffness:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
-from mafsil.one_joint.arguments import above_zero, batched, finite, together
+from mafsil.one_joint.arguments import above_zero, check_batch, finite, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 
 
@@ -22,7 +22,7 @@ class ViscousJoint:
 
     inertia: Floats
     friction: Floats
-    __post_init__ = batched(inertia=above_zero, friction=above_zero)
+    __post_init__ = check_batch(inertia=above_zero, friction=above_zero)
 
     @classmethod
     def of(cls, inertia: ArrayLike, friction: ArrayLike) -> ViscousJoint:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Integers
 from mafsil.kernels.loops.loop import compiled
-from mafsil.parallel.linear_loops import solved
+from mafsil.parallel.linear_loops import solve_in_place
 from mafsil.parallel.tolerances import RANK
 
 MOST_STEPS = 400
@@ -196,7 +196,7 @@ def tensions(
                         free = 1.0 if low[j] < t[j] < high[j] else 0.0
                         total += (free + share) * W[row, i, j] * W[row, k, j]
                     H[i, k] = total
-            solved(H, step)
+            solve_in_place(H, step)
             # 3.
             slope = 0.0
             for i in range(n):

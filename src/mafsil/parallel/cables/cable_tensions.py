@@ -131,7 +131,7 @@ def cable_tensions(
         InputError: x is no pose, a cable has length zero, wrong shapes, NaN.
     """
     F = as_batch("load", load, (3 if robot.planar else 6,), finite=True)
-    W, wanted, shape = reduced(robot, x, F)
+    W, wanted, shape = platform_wrenches(robot, x, F)
     low, high = robot.lowest, robot.highest
     aim = low if prefer is None else require_finite("prefer", np.asarray(prefer, dtype=np.float64))
     preferred = np.ascontiguousarray(np.broadcast_to(aim, (robot.m,)))
@@ -220,7 +220,7 @@ def cable_margins(robot: CableRobot, x: ArrayLike, load: ArrayLike) -> Floats:
     Raises:
         InputError: x is no pose, a cable has length zero, wrong shapes, NaN.
     """
-    W, wanted, shape = reduced(robot, x, as_batch("load", load, (3 if robot.planar else 6,), finite=True))
+    W, wanted, shape = platform_wrenches(robot, x, as_batch("load", load, (3 if robot.planar else 6,), finite=True))
     return np.where(regular(W), facets(robot, W, wanted).margin, -np.inf).reshape(shape)
 
 
@@ -265,7 +265,7 @@ def facets(robot: CableRobot, W: Floats, wanted: Floats) -> Facets:
     return found
 
 
-def reduced(robot: CableRobot, x: ArrayLike, load: Floats) -> tuple[Floats, Floats, tuple[int, ...]]:
+def platform_wrenches(robot: CableRobot, x: ArrayLike, load: Floats) -> tuple[Floats, Floats, tuple[int, ...]]:
     """Wrenches of unit tensions (rows, n, m) and wanted of the cables (rows, n), about the platform; the batch."""
     W = robot.structure_matrix(x)
     shape = np.broadcast_shapes(W.shape[:-2], load.shape[:-1])

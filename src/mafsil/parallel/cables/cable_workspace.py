@@ -17,7 +17,7 @@ from mafsil.arrays import Booleans, Floats, as_batch, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.parallel.cables.cable_robot import CableRobot
-from mafsil.parallel.cables.cable_tensions import cable_margins, facets, reduced
+from mafsil.parallel.cables.cable_tensions import cable_margins, facets, platform_wrenches
 from mafsil.parallel.platforms.platform_workspace import grid_volume
 
 BLOCK = 65536
@@ -87,7 +87,7 @@ def cable_closure(robot: CableRobot, x: ArrayLike) -> CableClosure:
     Raises:
         InputError: x is no pose, a cable has length zero.
     """
-    W, wanted, shape = reduced(robot, x, np.zeros(3 if robot.planar else 6))
+    W, wanted, shape = platform_wrenches(robot, x, np.zeros(3 if robot.planar else 6))
     found = facets(robot, W, wanted)
     measure = np.where(np.isfinite(found.closure), found.closure, 0.0)
     return CableClosure(measure.reshape(shape), found.loose.reshape(*shape, wanted.shape[1]))

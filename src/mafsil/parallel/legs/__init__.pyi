@@ -12,7 +12,7 @@ from mafsil.parallel.legs.leg_library import three_rps as three_rps
 from mafsil.parallel.legs.leg_library import three_upu as three_upu
 from mafsil.parallel.legs.leg_mechanism import Leg as Leg
 from mafsil.parallel.legs.leg_mechanism import LegMechanism as LegMechanism
-from mafsil.parallel.legs.leg_mechanism import legs_of as legs_of
+from mafsil.parallel.legs.leg_mechanism import legs_from_screws as legs_from_screws
 from mafsil.parallel.legs.leg_statics import LegForces as LegForces
 from mafsil.parallel.legs.leg_statics import LegRates as LegRates
 from mafsil.parallel.legs.leg_statics import inverse_rates as inverse_rates

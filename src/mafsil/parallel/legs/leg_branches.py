@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Integers, single, whole
 from mafsil.geometry import pose
-from mafsil.mobility.spaces.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.parallel.closure import numerical_rank
 from mafsil.parallel.legs.leg_configurations import leg_forward, leg_inverse
 from mafsil.parallel.legs.leg_mechanism import LegMechanism
@@ -107,7 +107,7 @@ def leg_assembly_modes(mechanism: LegMechanism, q_driven: ArrayLike, starts: int
     groups = _groups((T * scale).reshape(-1, 16))
     first = [group[0] for group in groups]
     q = q[first]
-    q[:, _turns(mechanism)] = wrapped(q[:, _turns(mechanism)])
+    q[:, _turns(mechanism)] = wrap_angle(q[:, _turns(mechanism)])
     return LegModes(T[first], q, np.array([len(group) for group in groups], dtype=np.intp), count)
 
 
@@ -129,7 +129,7 @@ def leg_branches(mechanism: LegMechanism, T: ArrayLike, starts: int = 100, seed:
         own = LegMechanism((leg, leg), (0,))
         found = leg_inverse(own, goal, np.tile(begin[:, part], 2))
         q = found.q[found.found, : leg.n]
-        q[:, turns[part]] = wrapped(q[:, turns[part]])
+        q[:, turns[part]] = wrap_angle(q[:, turns[part]])
         rank = min((numerical_rank(leg.jacobian(each)) for each in q), default=0)
         free.append(leg.n - rank if len(q) else 0)
         units = np.where(turns[part], 1.0, mechanism.size)

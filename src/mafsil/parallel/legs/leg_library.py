@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.parallel.legs.leg_mechanism import LegMechanism, legs_of
+from mafsil.parallel.legs.leg_mechanism import LegMechanism, legs_from_screws
 from mafsil.parallel.platforms.delta import DeltaRobot, Eclipse
 from mafsil.parallel.platforms.stewart import StewartPlatform
 
@@ -54,7 +54,7 @@ def stewart_legs(robot: StewartPlatform, T: ArrayLike, foot: str = "U") -> LegMe
         screws.append(np.stack([*feet, slider_screw(u), *ball(a + d)], axis=1))
     slider = 3 if foot == "S" else 2
     n = screws[0].shape[1]
-    return LegMechanism(legs_of(screws, T), tuple(slider + n * k for k in range(6)))
+    return LegMechanism(legs_from_screws(screws, T), tuple(slider + n * k for k in range(6)))
 
 
 def three_rps(base: float, platform: float, height: float) -> LegMechanism:
@@ -66,7 +66,7 @@ def three_rps(base: float, platform: float, height: float) -> LegMechanism:
         t = np.array([-np.sin(angle), np.cos(angle), 0.0])
         A, B = rb * u, rp * u + [0.0, 0.0, h]
         screws.append(np.stack([hinge_screw(t, A), slider_screw(_unit(B - A)), *ball(B)], axis=1))
-    return LegMechanism(legs_of(screws, pose.from_translation([0.0, 0.0, h])), (1, 6, 11))
+    return LegMechanism(legs_from_screws(screws, pose.from_translation([0.0, 0.0, h])), (1, 6, 11))
 
 
 def delta_legs(robot: DeltaRobot, q: float) -> LegMechanism:
@@ -86,7 +86,7 @@ def delta_legs(robot: DeltaRobot, q: float) -> LegMechanism:
         C = p + robot.platform * u
         n = np.cross(t, _unit(C - E))
         screws.append(np.stack([hinge_screw(w, at) for w, at in ((t, A), (t, E), (n, E), (n, C), (t, C))], axis=1))
-    return LegMechanism(legs_of(screws, pose.from_translation(p)), (0, 5, 10))
+    return LegMechanism(legs_from_screws(screws, pose.from_translation(p)), (0, 5, 10))
 
 
 def eclipse_legs(robot: Eclipse, T: ArrayLike) -> LegMechanism:
@@ -97,7 +97,7 @@ def eclipse_legs(robot: Eclipse, T: ArrayLike) -> LegMechanism:
     for (gamma, _), foot, B in zip(found, robot.feet(T), robot.platform_joints(T), strict=True):
         t = np.array([-np.sin(gamma), np.cos(gamma), 0.0])
         screws.append(np.stack([hinge_screw(z, np.zeros(3)), slider_screw(z), hinge_screw(t, foot), *ball(B)], axis=1))
-    return LegMechanism(legs_of(screws, T), (0, 1, 6, 7, 12, 13))
+    return LegMechanism(legs_from_screws(screws, T), (0, 1, 6, 7, 12, 13))
 
 
 def three_upu(base: float, platform: float, height: float, axes: str = "radial") -> LegMechanism:
@@ -124,4 +124,4 @@ def three_upu(base: float, platform: float, height: float, axes: str = "radial")
             hinge_screw(outer, B),
         ]
         screws.append(np.stack(both, axis=1))
-    return LegMechanism(legs_of(screws, pose.from_translation([0.0, 0.0, h])), (2, 7, 12))
+    return LegMechanism(legs_from_screws(screws, pose.from_translation([0.0, 0.0, h])), (2, 7, 12))

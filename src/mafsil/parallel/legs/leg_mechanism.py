@@ -19,7 +19,7 @@ from mafsil.arrays import Floats, as_batch, frozen, real_array, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.parallel.closure import DrivenRates, driven_rates
-from mafsil.parallel.loop_singularity import LoopSingularities, good_motors, loop_singularities, require_closed
+from mafsil.parallel.loop_singularity import LoopSingularities, choose_actuators, loop_singularities, require_closed
 from mafsil.parallel.tolerances import FEASIBLE, RANK
 from mafsil.solvers.decompositions import pinv, ranks
 
@@ -269,7 +269,7 @@ class LegMechanism:
         H = self._scale[:, None] * self.loop_matrix(q) * self._units
         return H, self._scale[:6, None] * task * self._units
 
-    def good_motors(
+    def choose_actuators(
         self, q: ArrayLike, count: int | None = None, among: Sequence[int] | None = None
     ) -> tuple[tuple[int, ...], ...]:
         """All choices of joints that, when driven, decide the motion of the platform; spins of rods do not matter.
@@ -285,7 +285,7 @@ class LegMechanism:
         value = self.require_closed(q)
         H, task = self._without_units(value)
         wanted = len(self.driven) if count is None else whole("count", count, 1, self.n)
-        return good_motors(H, wanted, self.generic_rank(value), task=task, among=among)
+        return choose_actuators(H, wanted, self.generic_rank(value), task=task, among=among)
 
     def sampled_rank(self, configurations: ArrayLike) -> int:
         """The largest rank of H over configurations (k, n) that close the loops: the rank on most of them."""
@@ -305,7 +305,7 @@ def _bent(J: Floats) -> Floats:
     return found
 
 
-def legs_of(screws: Sequence[ArrayLike], home: ArrayLike) -> tuple[Leg, ...]:
+def legs_from_screws(screws: Sequence[ArrayLike], home: ArrayLike) -> tuple[Leg, ...]:
     """Legs that are drawn in one pose of the platform (4, 4), by their screws (6, n_i)."""
     T = real_array("home", home)
     return tuple(Leg(real_array("screws", each), T) for each in screws)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, frozen, positive, real_array, single
 from mafsil.errors import InputError
-from mafsil.mobility.spaces.planar_positions import circle_crossings, circle_gap, wrapped
+from mafsil.mobility.spaces.planar_positions import circle_crossings, circle_gap, wrap_angle
 from mafsil.mobility.tolerances import TOUCHING, TYPED
 from mafsil.parallel.legs.leg_lines import require_regular, require_rods, resultant
 from mafsil.parallel.loop_singularity import LoopSingularities, loop_singularities
@@ -100,7 +100,7 @@ class FiveBar:
         ]  # fmt: skip
         absolute = np.stack(turned, axis=-1)
         before = np.concatenate([np.zeros_like(absolute[..., :1]), absolute[..., :-1]], axis=-1)
-        return wrapped(absolute - before)
+        return wrap_angle(absolute - before)
 
     def motor_matrices(self, q: ArrayLike, C: ArrayLike) -> tuple[Floats, Floats]:
         """A and B (*batch, 2, 2) of A C' = B (alpha', beta'): rows (C - B)' and (C - D)'.
@@ -168,7 +168,7 @@ class FiveBar:
         full = np.append(angles, self.chain.last_angle(angles))
 
         def closure(q: Floats) -> tuple[Floats, Floats]:
-            miss = np.append(self.chain.closure(q[:4]), wrapped(q.sum() - np.pi))
+            miss = np.append(self.chain.closure(q[:4]), wrap_angle(q.sum() - np.pi))
             return miss, self.chain.loop_matrix(q[:4])
 
         return loop_singularities(
@@ -205,7 +205,7 @@ class PlanarChain:
 
     def last_angle(self, theta: ArrayLike) -> Floats:
         """(*batch,) the last angle, at the second ground pivot: pi minus the sum of the others, in (-pi, pi]."""
-        return wrapped(np.pi - self._given(theta).sum(axis=-1))
+        return wrap_angle(np.pi - self._given(theta).sum(axis=-1))
 
     def closure(self, theta: ArrayLike) -> Floats:
         """(*batch, 2) how far the chain misses the second ground pivot, for the n - 1 angles (*batch, n - 1) [m]."""
@@ -246,7 +246,7 @@ class PlanarChain:
         for signs in product([1.0, -1.0], repeat=len(L) - 1):
             if abs(np.dot(signs, L[:-1]) - L[-1]) <= TYPED * self.size:
                 absolute = np.where(np.array(signs) > 0, 0.0, np.pi)
-                found.append(wrapped(np.diff(absolute, prepend=0.0)))
+                found.append(wrap_angle(np.diff(absolute, prepend=0.0)))
         return np.array(found).reshape(-1, len(L) - 1)
 
     def _given(self, theta: ArrayLike) -> Floats:

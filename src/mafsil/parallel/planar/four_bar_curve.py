@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Booleans, Floats, require_kind
 from mafsil.mobility.four_bar import FourBar
-from mafsil.mobility.spaces.planar_positions import finite_numbers, wrapped
+from mafsil.mobility.spaces.planar_positions import finite_numbers, wrap_angle
 from mafsil.mobility.tolerances import TOUCHING, TYPED
 
 
@@ -94,7 +94,7 @@ def output_angles(linkage: FourBar, theta: ArrayLike) -> OutputAngles:
     middle = np.where(every, np.pi / 2, np.arctan2(beta, alpha))
     way = np.sqrt(d2)
     missing = np.where(closes, 0.0, np.maximum(way - (L2 + L3), np.maximum(np.abs(way - L3) - L2, L2 - (way + L3))))
-    phi = wrapped(np.stack([middle + half, middle - half], axis=-1))
+    phi = wrap_angle(np.stack([middle + half, middle - half], axis=-1))
     return OutputAngles(phi, np.asarray(every, dtype=np.bool_), np.maximum(missing, 0.0))
 
 

@@ -18,7 +18,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
-from mafsil.mobility.spaces.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.tolerances import TOUCHING
 
 
@@ -111,7 +111,7 @@ def crank_angles(along: Floats, up: Floats, across: Floats | float, crank: Float
     ratio = np.divide(K, reach, out=np.ones_like(K), where=reach > 0.0)
     half = np.arccos(np.clip(ratio, -1.0, 1.0))
     middle = np.arctan2(up, along)
-    return MotorAngles(wrapped(np.stack([middle + half, middle - half], axis=-1)), misfit, free)
+    return MotorAngles(wrap_angle(np.stack([middle + half, middle - half], axis=-1)), misfit, free)
 
 
 def rod_misfit(along: Floats, across: Floats | float, crank: Floats | float, rod: Floats | float) -> Floats:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats, Integers
-from mafsil.mobility.spaces.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.solvers.local_dimension import SPLIT, multiplicity
 from mafsil.solvers.null_ways import FINEST, Equations, solved_in_planes
 
@@ -44,7 +44,7 @@ VANISHING = 1e-12
 """Coefficients below this share of what they are made of are zero: the sextic vanishes."""
 
 
-def eliminated(a: Floats, b: Floats, s: Floats, phi: Floats) -> Floats:
+def resultant(a: Floats, b: Floats, s: Floats, phi: Floats) -> Floats:
     """(k, m) N_x^2 + N_y^2 - s_1^2 D^2 at angles phi (m,), for ends (k, 3, 2), (k, 3, 2) and lengths (k, 3)."""
     D, N = _cramer(a[:, None], b[:, None], s[:, None], phi[None])
     return (N**2).sum(axis=-1) - s[:, None, 0] ** 2 * D**2
@@ -71,7 +71,7 @@ def _linear(a: Floats, b: Floats, s: Floats, phi: Floats) -> tuple[Floats, Float
 def circle_coefficients(a: Floats, b: Floats, s: Floats) -> NDArray[np.complex128]:
     """(k, 7) c_-3 ... c_3 of the elimination as a sum of c_n exp(i n phi)."""
     phi = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
-    c = np.fft.fft(eliminated(a, b, s, phi), axis=-1) / SAMPLES
+    c = np.fft.fft(resultant(a, b, s, phi), axis=-1) / SAMPLES
     return np.concatenate([c[:, -DEGREE:], c[:, : DEGREE + 1]], axis=1)
 
 
@@ -100,7 +100,7 @@ def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Integers, Boolea
         of a circle, or the poses around one close.
     """
     c = circle_coefficients(a, b, s)
-    size = np.abs(eliminated(a, b, s, 2 * np.pi * np.arange(SAMPLES) / SAMPLES)).max(axis=1)
+    size = np.abs(resultant(a, b, s, 2 * np.pi * np.arange(SAMPLES) / SAMPLES)).max(axis=1)
     natural = ((a**2).sum(axis=(1, 2)) + (b**2).sum(axis=(1, 2)) + (s**2).sum(axis=1)) ** 3
     vanishes = size <= VANISHING * natural
     # 2.
@@ -117,7 +117,7 @@ def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Integers, Boolea
     x = _sorted_distinct(a, b, s, x)
     curve, angle = translates(a, b, s)
     with np.errstate(invalid="ignore"):
-        x[curve[:, None] & (np.abs(wrapped(x[..., 2] - angle[:, None])) < NEAR_CIRCLE)] = np.nan
+        x[curve[:, None] & (np.abs(wrap_angle(x[..., 2] - angle[:, None])) < NEAR_CIRCLE)] = np.nan
     several, around = _several(a, b, s, x)
     order = np.argsort(x[..., 2], axis=1)
     x, several = np.take_along_axis(x, order[..., None], axis=1), np.take_along_axis(several, order, axis=1)
@@ -278,7 +278,7 @@ def _sorted_distinct(a: Floats, b: Floats, s: Floats, x: Floats) -> Floats:
     error = np.abs(np.linalg.norm(d, axis=-1) - s[:, None]).max(axis=-1)
     phi = np.full(x.shape[:2], np.nan)
     turned = np.isfinite(x[..., 2])
-    phi[turned] = wrapped(x[..., 2][turned])
+    phi[turned] = wrap_angle(x[..., 2][turned])
     x = np.concatenate([x[..., :2], np.where(phi < -np.pi + 1e-9, np.pi, phi)[..., None]], axis=-1)
     x[~(error < FITS * np.maximum(1.0, s.max(axis=1))[:, None])] = np.nan
     order = np.argsort(x[..., 2], axis=1)

@@ -20,4 +20,4 @@ from mafsil.parallel.platforms.three_rps_forward import eliminant as eliminant
 from mafsil.parallel.platforms.three_rps_forward import half_angle_polynomial as half_angle_polynomial
 from mafsil.parallel.platforms.three_rps_forward import resultant as resultant
 from mafsil.parallel.platforms.three_rps_forward import sylvester_matrix as sylvester_matrix
-from mafsil.parallel.platforms.three_rps_forward import trimmed as trimmed
+from mafsil.parallel.platforms.three_rps_forward import trim_leading as trim_leading

@@ -44,7 +44,7 @@ def minus(a: Complex, b: Complex) -> Complex:
 
 
 @inlined
-def scaled(share: Lanes | float, a: Complex) -> Complex:
+def scale_complex(share: Lanes | float, a: Complex) -> Complex:
     """A real number times a."""
     return a[0] * share, a[1] * share
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive
 from mafsil.errors import InputError
-from mafsil.mobility.spaces.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.parallel.legs.leg_lines import forces_for, require_regular, require_rods
 from mafsil.parallel.planar.motor_angles import MotorAngles, crank_angles
 from mafsil.parallel.platforms.nearest_lengths import LegEnds
@@ -224,7 +224,7 @@ class Eclipse:
         gamma = np.arctan2(B[..., 1], B[..., 0]) + (np.pi if far else 0.0)
         aside = self.guide - rho
         drop = np.sqrt(np.maximum((self.rod - aside) * (self.rod + aside), 0.0))
-        return np.stack([wrapped(gamma), B[..., 2] + (drop if upper else -drop)], axis=-1)
+        return np.stack([wrap_angle(gamma), B[..., 2] + (drop if upper else -drop)], axis=-1)
 
     def feet(self, T: ArrayLike) -> Floats:
         """(*batch, 3, 3) places of the hinges on the blocks in {s}, on the near side with blocks below."""

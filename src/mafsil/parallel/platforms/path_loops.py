@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.kernels.loops.loop import compiled
-from mafsil.parallel.linear_loops import solved
+from mafsil.parallel.linear_loops import solve_in_place
 from mafsil.parallel.platforms.stewart_loops import legs, of_norm_one, rates_of
 
 ARRIVED, MERGED, UNBOUNDED, STUCK = 0, 1, 2, 3
@@ -36,7 +36,7 @@ def finish(x: Any, g: Any, R: Any, d: Any, M: Any, r: Any, rate: Any) -> bool:
     for _ in range(LAST_STEPS):
         # 1.
         legs(x, g[:, 0:3], g[:, 3:6], g[:, 6], R, d, M, r)
-        if solved(M, r) == 0.0:
+        if solve_in_place(M, r) == 0.0:
             return False
         # 2.
         rates_of(x, r[:, 0], rate)

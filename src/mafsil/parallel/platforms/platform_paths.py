@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mafsil import threads
 from mafsil.arrays import Booleans, Floats
 from mafsil.lazy_module import lazily
-from mafsil.parallel.platforms.platform_sets import judged, pose_numbers, simple, suspects
+from mafsil.parallel.platforms.platform_sets import judge_ends, pose_numbers, simple, suspects
 from mafsil.parallel.platforms.start_platforms import CORRECTIONS, MOST, Complexes, start_platform
 from mafsil.parallel.tolerances import LENGTH, REAL, SAME
 
@@ -67,11 +67,11 @@ def own_start(base: Floats, platform: Floats, number: int) -> Start:
     goal = np.zeros((1, 6, 7), dtype=np.complex128)
     goal[0, :, :3], goal[0, :, 3:6] = base, platform
     goal[0, :, 6] = 2.0 + rng.normal(size=6) + 1j * rng.normal(size=6)
-    kept, count, _ = gathered(goal, [general_start(k) for k in range(len(CORRECTIONS))], MOST, real=False)
+    kept, count, _ = distinct_poses(goal, [general_start(k) for k in range(len(CORRECTIONS))], MOST, real=False)
     return Start(goal[0], simple(kept[0, : int(count[0])], goal[0]))
 
 
-def gathered(
+def distinct_poses(
     ends: Complexes, starts: list[Start], expected: int, real: bool
 ) -> tuple[Complexes, NDArray[np.int64], NDArray[np.int64]]:
     """Poses that differ of each end (k, 6, 7): (k, n, 7), their number (k,), and paths that ended there (k, n)."""
@@ -132,7 +132,7 @@ def all_poses(base: Floats, platform: Floats, lengths: Floats, starts: list[Star
     ends[..., :3], ends[..., 3:6], ends[..., 6] = base, platform, lengths**2
     # 2.
     blocks = range(0, len(ends), BLOCK) if len(ends) else [0]
-    pieces = [gathered(ends[k : k + BLOCK], starts, expected, real=True) for k in blocks]
+    pieces = [distinct_poses(ends[k : k + BLOCK], starts, expected, real=True) for k in blocks]
     kept = np.concatenate([piece[0] for piece in pieces])
     count = np.concatenate([piece[1] for piece in pieces])
     times = np.concatenate([piece[2] for piece in pieces])
@@ -159,7 +159,7 @@ def _several(
     suspect, off = suspects(kept, ends[:, None])
     for row in np.flatnonzero(((suspect | off) & there).any(axis=1)).tolist():
         columns = np.flatnonzero((suspect | off)[row] & there[row])
-        found = judged(kept[row, columns], ends[row], times[row, columns])
+        found = judge_ends(kept[row, columns], ends[row], times[row, columns])
         kept[row, columns], several[row, columns] = found.x, found.multiplicity
         on_set[row] = int(np.maximum(times[row, columns], 1)[found.multiplicity == 0].sum())
     return several, on_set

@@ -93,7 +93,7 @@ class Ends:
     multiplicity: NDArray[np.intp]
 
 
-def judged(x: Complexes, ends: Complexes, times: NDArray[np.int64]) -> Ends:
+def judge_ends(x: Complexes, ends: Complexes, times: NDArray[np.int64]) -> Ends:
     """What ends (m, 7) of paths to one platform (6, 7) of size one are.
 
     1. Newton's method to rounding; what it does not close is no pose.

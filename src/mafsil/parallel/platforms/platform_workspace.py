@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, as_batch, not_negative, number, positive, single, whole
 from mafsil.errors import InputError
-from mafsil.fields import checked
+from mafsil.fields import check_fields
 from mafsil.geometry import rotation
 from mafsil.parallel.legs.leg_lines import line_matrix
 from mafsil.parallel.platforms.stewart import StewartPlatform
@@ -46,7 +46,7 @@ class PlatformLimits:
     platform_cone: float = np.pi
     leg_radius: float = 0.0
     least_measure: float = 0.0
-    _numbers = checked(
+    _numbers = check_fields(
         shortest=number, longest=positive, base_cone=positive, platform_cone=positive, leg_radius=not_negative,
         least_measure=not_negative,
     )  # fmt: skip

@@ -42,11 +42,11 @@ class PoseSpace(Protocol):
         """Of the space, 6 or 3."""
         ...
 
-    def checked(self, name: str, x: object) -> Floats:
+    def check(self, name: str, x: object) -> Floats:
         """One pose that a user gave."""
         ...
 
-    def moved(self, x: Floats, step: Floats) -> Floats:
+    def integrate(self, x: Floats, step: Floats) -> Floats:
         """Poses x after steps (*batch, dimension) [m]."""
         ...
 
@@ -91,11 +91,11 @@ class SpatialPoses:
         """Of the robot [m]."""
         return self.robot.size
 
-    def checked(self, name: str, x: object) -> Floats:
+    def check(self, name: str, x: object) -> Floats:
         """(4, 4)."""
         return pose.check(np.asarray(x, dtype=np.float64), name)
 
-    def moved(self, x: Floats, step: Floats) -> Floats:
+    def integrate(self, x: Floats, step: Floats) -> Floats:
         """Rotated about axes of {b}, shifted in {s}."""
         R = x[..., :3, :3] @ rotation.exp(step[..., :3] / self.size)
         return pose.from_rotation_translation(R, x[..., :3, 3] + step[..., 3:])
@@ -143,11 +143,11 @@ class PlanarPoseSpace:
         """Of the robot [m]."""
         return self.robot.size
 
-    def checked(self, name: str, x: object) -> Floats:
+    def check(self, name: str, x: object) -> Floats:
         """(3,)."""
         return as_batch(name, x, (3,), finite=True)  # type: ignore[arg-type]
 
-    def moved(self, x: Floats, step: Floats) -> Floats:
+    def integrate(self, x: Floats, step: Floats) -> Floats:
         """Rotated, and shifted in {s}."""
         return x + step / np.array([1.0, 1.0, self.size])
 
@@ -281,7 +281,7 @@ def nearest_singularity(
         InputError: x is no pose, a leg has length zero there.
     """
     space = pose_space(robot)
-    here, count = space.checked("x", x), whole("starts", starts, 1)
+    here, count = space.check("x", x), whole("starts", starts, 1)
     free = float(regular_radius(space, here))
     if not robot.singularity(here):
         return NearestSingularity(NearestStatus.HERE, 0.0, 0.0, here, robot.singularity(here), space.size, 0, 0)
@@ -290,7 +290,7 @@ def nearest_singularity(
         return NearestSingularity(NearestStatus.NOT_FOUND, free, np.inf, None, None, space.size, count, 0)
     lengths = np.where(found, np.linalg.norm(steps, axis=-1), np.inf)
     best = int(lengths.argmin())
-    place = space.moved(here, steps[best])
+    place = space.integrate(here, steps[best])
     return NearestSingularity(
         NearestStatus.FOUND, free, float(lengths[best]), place, robot.singularity(place), space.size, count,
         int(found.sum()),
@@ -313,7 +313,7 @@ def _zeros(space: PoseSpace, here: Floats, count: int, rng: np.random.Generator)
         xi, change = xi + share * ahead, np.linalg.norm(ahead, axis=-1)
         if (change < CONVERGED * size).all():
             break
-    s = np.linalg.svd(space.lines(space.moved(here, xi)), compute_uv=False)
+    s = np.linalg.svd(space.lines(space.integrate(here, xi)), compute_uv=False)
     return xi, (change < CONVERGED * size) & (s[..., -1] < RANK * np.maximum(s[..., 0], 1.0))
 
 
@@ -321,6 +321,6 @@ def _measure_and_gradient(space: PoseSpace, here: Floats, xi: Floats) -> tuple[F
     """Of all steps (count, n), by central differences."""
     h = DIFFERENCE * space.size
     shifts = np.concatenate([np.zeros((1, space.dimension)), h * np.eye(space.dimension), -h * np.eye(space.dimension)])
-    f = signed_measure(space, space.moved(here, xi[:, None, :] + shifts))
+    f = signed_measure(space, space.integrate(here, xi[:, None, :] + shifts))
     n = space.dimension
     return f[:, 0], (f[:, 1 : n + 1] - f[:, n + 1 :]) / (2 * h)

@@ -93,7 +93,7 @@ def mode_path(
         InputError: what is given is no pose, a leg has length zero there.
     """
     space, most = pose_space(robot), whole("tries", tries, 0)
-    ends = np.stack([space.checked("x_0", x_0), space.checked("x_1", x_1)])
+    ends = np.stack([space.check("x_0", x_0), space.check("x_1", x_1)])
     f = signed_measure(space, ends)
     nothing = (np.zeros((0, *ends.shape[1:])), np.zeros((0, space.dimension)), 0.0, f, 0)
     if not (robot.singularity(ends[0]) and robot.singularity(ends[1])):
@@ -106,12 +106,12 @@ def mode_path(
         return ModePath(ModePathStatus.NOT_FOUND, *nothing[:4], most)
     looked = np.concatenate([search.along(a, b) for a, b in pairwise(corners)])
     least = float(np.abs(signed_measure(space, looked)).min() / np.abs(f).min())
-    balls = covered(space, corners)
+    balls = count_balls(space, corners)
     status = ModePathStatus.PROVEN if balls else ModePathStatus.LOOKED_AT
     return ModePath(status, corners, space.lengths(corners), least, f, balls or len(looked))
 
 
-def covered(space: PoseSpace, corners: Floats) -> int:
+def count_balls(space: PoseSpace, corners: Floats) -> int:
     """How many regular balls cover straight steps between corners; 0 if they are not covered by `BALLS`.
 
     Args:
@@ -125,7 +125,7 @@ def covered(space: PoseSpace, corners: Floats) -> int:
         while gone < whole_length:
             if count == BALLS:
                 return 0
-            gone += max(float(regular_radius(space, space.moved(start, step * (gone / whole_length)))), 0.0)
+            gone += max(float(regular_radius(space, space.integrate(start, step * (gone / whole_length)))), 0.0)
             count += 1
     return max(count, 1)
 
@@ -146,7 +146,7 @@ class _Search:
         """Poses on the straight step, both ends included, `SPACING` apart."""
         step = self.space.step(x, y)
         count = 2 + int(np.linalg.norm(step) / (SPACING * self.space.size))
-        return self.space.moved(x, np.linspace(0.0, 1.0, count)[:, None] * step)
+        return self.space.integrate(x, np.linspace(0.0, 1.0, count)[:, None] * step)
 
     def free(self, x: Floats, y: Floats) -> bool:
         """Whether the measure keeps beyond the bound along the straight step."""
@@ -187,7 +187,7 @@ class _Search:
             if length == 0.0:
                 return nearest
             share = min(1.0, REACH * self.space.size / length)
-            ahead = goal if share == 1.0 else self.space.moved(here, share * step)
+            ahead = goal if share == 1.0 else self.space.integrate(here, share * step)
             if not self.free(here, ahead):
                 return added
             nearest = added = tree.add(ahead, nearest)

@@ -49,7 +49,7 @@ def start_platform(number: int) -> tuple[Complexes, Complexes]:
     rng = np.random.default_rng(number)
     if number:
         goal, (geometry, poses) = random_platform(rng), start_platform(0)
-        found = followed(geometry, goal[None], poses)[0]
+        found = follow_paths(geometry, goal[None], poses)[0]
         if len(found) != MOST:
             raise MafsilError("parallel.starts", count=len(found), most=MOST)
         return goal, found
@@ -64,7 +64,7 @@ def start_platform(number: int) -> tuple[Complexes, Complexes]:
         came = poses
         corners = [geometry, random_platform(rng), random_platform(rng), geometry]
         for start, end in itertools.pairwise(corners):
-            came = followed(start, end[None], came)[0]
+            came = follow_paths(start, end[None], came)[0]
         poses = distinct(np.concatenate([poses, came])[None])[0]
         if len(poses) == MOST:
             return geometry, poses
@@ -94,7 +94,7 @@ def squares(x: Complexes, geometry: Complexes) -> Complexes:
     return np.asarray((d * d).sum(axis=1))
 
 
-def followed(
+def follow_paths(
     start: Complexes, ends: Complexes, poses: Complexes, correction: float = CORRECTIONS[0]
 ) -> list[Complexes]:
     """Poses that differ at each end (k, 6, 7), from all poses (m, 7) of a start (6, 7)."""

@@ -16,7 +16,7 @@ from mafsil.parallel.platforms.complex_lane_loops import (
     number,
     plus,
     plus_times,
-    scaled,
+    scale_complex,
     times,
 )
 
@@ -42,9 +42,9 @@ def legs_in_lanes(x: Buffer, start: Any, moves: Buffer, t: Lanes, r: Buffer, m: 
         da, db = (number(g, 0), number(g, 1), number(g, 2)), (number(g, 3), number(g, 4), number(g, 5))
         a0, a1, a2 = at(start, i, 0, t, da[0]), at(start, i, 1, t, da[1]), at(start, i, 2, t, da[2])
         b0, b1, b2 = at(start, i, 3, t, db[0]), at(start, i, 4, t, db[1]), at(start, i, 5, t, db[2])
-        d0 = minus(plus(number(x, 4), turned(r, 0, b0, b1, b2)), a0)
-        d1 = minus(plus(number(x, 5), turned(r, 1, b0, b1, b2)), a1)
-        d2 = minus(plus(number(x, 6), turned(r, 2, b0, b1, b2)), a2)
+        d0 = minus(plus(number(x, 4), rotate_row(r, 0, b0, b1, b2)), a0)
+        d1 = minus(plus(number(x, 5), rotate_row(r, 1, b0, b1, b2)), a1)
+        d2 = minus(plus(number(x, 6), rotate_row(r, 2, b0, b1, b2)), a2)
         keep(m, 8 * i, minus_times(times(a1, d2), a2, d1))
         keep(m, 8 * i + 1, minus_times(times(a2, d0), a0, d2))
         keep(m, 8 * i + 2, minus_times(times(a0, d1), a1, d0))
@@ -53,11 +53,11 @@ def legs_in_lanes(x: Buffer, start: Any, moves: Buffer, t: Lanes, r: Buffer, m: 
         keep(m, 8 * i + 5, d2)
         ds = number(g, 6)
         missed = minus_times(minus_times(minus_times(at(start, i, 6, t, ds), d0, d0), d1, d1), d2, d2)
-        keep(m, 8 * i + 6, scaled(0.5, missed))
-        rate = scaled(0.5, ds)
-        rate = minus_times(rate, d0, minus(turned(r, 0, db[0], db[1], db[2]), da[0]))
-        rate = minus_times(rate, d1, minus(turned(r, 1, db[0], db[1], db[2]), da[1]))
-        keep(m, 8 * i + 7, minus_times(rate, d2, minus(turned(r, 2, db[0], db[1], db[2]), da[2])))
+        keep(m, 8 * i + 6, scale_complex(0.5, missed))
+        rate = scale_complex(0.5, ds)
+        rate = minus_times(rate, d0, minus(rotate_row(r, 0, db[0], db[1], db[2]), da[0]))
+        rate = minus_times(rate, d1, minus(rotate_row(r, 1, db[0], db[1], db[2]), da[1]))
+        keep(m, 8 * i + 7, minus_times(rate, d2, minus(rotate_row(r, 2, db[0], db[1], db[2]), da[2])))
 
 
 @inlined
@@ -67,7 +67,7 @@ def at(start: Any, i: int, j: int, t: Lanes, move: Any) -> Any:
 
 
 @inlined
-def turned(r: Buffer, row: int, b0: Any, b1: Any, b2: Any) -> Any:
+def rotate_row(r: Buffer, row: int, b0: Any, b1: Any, b2: Any) -> Any:
     """A row of the rotation times b."""
     return plus_times(plus_times(times(number(r, 3 * row), b0), number(r, 3 * row + 1), b1), number(r, 3 * row + 2), b2)
 
@@ -82,12 +82,12 @@ def rotation_in_lanes(x: Buffer, r: Buffer) -> None:
     _diagonal(r, 0, jj, kk)
     _diagonal(r, 4, ii, kk)
     _diagonal(r, 8, ii, jj)
-    keep(r, 1, scaled(2.0, minus(ij, wk)))
-    keep(r, 2, scaled(2.0, plus(ik, wj)))
-    keep(r, 3, scaled(2.0, plus(ij, wk)))
-    keep(r, 5, scaled(2.0, minus(jk, wi)))
-    keep(r, 6, scaled(2.0, minus(ik, wj)))
-    keep(r, 7, scaled(2.0, plus(jk, wi)))
+    keep(r, 1, scale_complex(2.0, minus(ij, wk)))
+    keep(r, 2, scale_complex(2.0, plus(ik, wj)))
+    keep(r, 3, scale_complex(2.0, plus(ij, wk)))
+    keep(r, 5, scale_complex(2.0, minus(jk, wi)))
+    keep(r, 6, scale_complex(2.0, minus(ik, wj)))
+    keep(r, 7, scale_complex(2.0, plus(jk, wi)))
 
 
 @inlined
@@ -101,10 +101,10 @@ def rates_in_lanes(x: Buffer, m: Buffer, column: int, out: Buffer) -> None:
     """Out (7,) <- derivative of x for the space twist in a column of m: q' = omega q / 2, p' = v + omega x p."""
     p, q, r = number(m, column), number(m, 8 + column), number(m, 16 + column)
     w, i, j, k = number(x, 0), number(x, 1), number(x, 2), number(x, 3)
-    keep(out, 0, scaled(-0.5, plus_times(plus_times(times(p, i), q, j), r, k)))
-    keep(out, 1, scaled(0.5, minus_times(plus_times(times(p, w), q, k), r, j)))
-    keep(out, 2, scaled(0.5, minus_times(plus_times(times(q, w), r, i), p, k)))
-    keep(out, 3, scaled(0.5, minus_times(plus_times(times(r, w), p, j), q, i)))
+    keep(out, 0, scale_complex(-0.5, plus_times(plus_times(times(p, i), q, j), r, k)))
+    keep(out, 1, scale_complex(0.5, minus_times(plus_times(times(p, w), q, k), r, j)))
+    keep(out, 2, scale_complex(0.5, minus_times(plus_times(times(q, w), r, i), p, k)))
+    keep(out, 3, scale_complex(0.5, minus_times(plus_times(times(r, w), p, j), q, i)))
     u, v, z = number(x, 4), number(x, 5), number(x, 6)
     keep(out, 4, minus_times(plus_times(number(m, 24 + column), q, z), r, v))
     keep(out, 5, minus_times(plus_times(number(m, 32 + column), r, u), p, z))

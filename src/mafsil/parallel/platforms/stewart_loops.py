@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.kernels.loops.loop import compiled, inlined
-from mafsil.parallel.linear_loops import solved
+from mafsil.parallel.linear_loops import solve_in_place
 
 
 @inlined
@@ -129,7 +129,7 @@ def newton(
         while taken < most:
             for j in range(6):
                 step[j, 0] = -miss[j, 0]
-            pivot = solved(M, step)
+            pivot = solve_in_place(M, step)
             if pivot == 0.0 or not np.isfinite(now):
                 break
             # 2.

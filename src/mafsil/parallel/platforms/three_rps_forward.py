@@ -165,7 +165,7 @@ class ThreeRPS:
         c = eliminant(lambda t1: _second(E, F, G, t1), DEGREE)
         c = c / np.abs(c).max()
         # 3.
-        t, error = _polish(sides, _lift(E, F, G, zeros(trimmed(c, 1e-13))))
+        t, error = _polish(sides, _lift(E, F, G, zeros(trim_leading(c, 1e-13))))
         return c, _distinct(t[error < FITS]), float(error[error < FITS].max(initial=0.0))
 
     def _nearest(self, s: Floats) -> tuple[Floats, Floats]:
@@ -364,7 +364,7 @@ def eliminant(values: Callable[[Complexes], NDArray[np.inexact]], degree: int, r
     return np.asarray(c[: most + 1] / powers, dtype=np.complex128)
 
 
-def trimmed(coefficients: Complexes, share: float = 1e-9) -> Complexes:
+def trim_leading(coefficients: Complexes, share: float = 1e-9) -> Complexes:
     """The coefficients without leading ones that are below a share of the largest."""
     share = not_negative("share", share)
     coefficients = np.atleast_1d(coefficients)
@@ -375,7 +375,7 @@ def trimmed(coefficients: Complexes, share: float = 1e-9) -> Complexes:
 
 def zeros(coefficients: Complexes) -> Complexes:
     """All zeros of a polynomial by ascending coefficients, as eigenvalues of its companion matrix."""
-    c = trimmed(np.asarray(coefficients, dtype=np.complex128), 0.0)
+    c = trim_leading(np.asarray(coefficients, dtype=np.complex128), 0.0)
     companion = np.zeros((len(c) - 1, len(c) - 1), dtype=np.complex128)
     companion[1:, :-1] = np.eye(len(c) - 2)
     companion[:, -1] = -c[:-1] / c[-1]

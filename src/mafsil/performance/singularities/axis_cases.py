@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Matrix3, Vector3
 from mafsil.messages import say
-from mafsil.performance.singularities.screw_parameters import signed, vector_text, wrench_screw
+from mafsil.performance.singularities.screw_parameters import canonical_direction, vector_text, wrench_screw
 from mafsil.performance.tolerances import CLEAR, DEPENDENT
 
 LOOSE = 100.0
@@ -231,7 +231,7 @@ def _general(axes: Axes, joints: tuple[int, ...], rates: Floats) -> SingularityC
         screw = wrench_screw(reciprocal, length=1.0)
         involved = tuple(i for i in range(axes.screws.shape[1]) if np.linalg.norm(axes.screws[:, i]) > 0)
         if np.linalg.norm(reciprocal[3:]) < axes.loose:
-            direction = signed(reciprocal[:3] / np.linalg.norm(reciprocal[:3]))
+            direction = canonical_direction(reciprocal[:3] / np.linalg.norm(reciprocal[:3]))
             return _cause(axes, "one_plane_of_directions", involved, rates, None, direction)
         if abs(screw.pitch) < axes.loose:
             return _cause(axes, "one_line", involved, rates, screw.point, screw.direction)
@@ -255,7 +255,7 @@ def _cause(
         joints,
         tuple(axes.names[i] for i in joints),
         nowhere if point is None else axes.place(point),
-        nowhere if direction is None else signed(direction),
+        nowhere if direction is None else canonical_direction(direction),
         rates,
         pitch,
         tuple(axes.names[i] for i in joints if axes.prismatic[i]),

@@ -19,7 +19,7 @@ from mafsil.arrays import Floats, Matrix3, as_batch
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.performance.singularities.axis_cases import SingularityCause
-from mafsil.performance.singularities.trigonometric_form import TrigonometricForm, fitted
+from mafsil.performance.singularities.trigonometric_form import TrigonometricForm, fit_trigonometric_form
 from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SMALLEST
 from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, random_configurations
 from mafsil.performance.velocity.tasks import task_jacobian, task_rows
@@ -276,7 +276,7 @@ def _whole(robot: Robot, task: str) -> list[DeterminantFactor]:
 
 
 def _written(robot: Robot, factor: DeterminantFactor) -> DeterminantFactor:
-    form = fitted(
+    form = fit_trigonometric_form(
         lambda q: np.asarray(factor.value(lines(robot, q))),
         robot.n,
         prismatic_joints(robot).tolist(),
@@ -326,7 +326,7 @@ class _Factory:
             if _parallel(self.at, a, b):
                 (c,) = (i for i in joints if i not in (a, b))
                 along: Point = lambda x, a=a: x.w[..., a, :]  # noqa: E731
-                shoulder = self.speed("shoulder", c, point, along, f"z{a + 1} . {self.moved(c, letter)}")
+                shoulder = self.speed("shoulder", c, point, along, f"z{a + 1} . {self.point_velocity(c, letter)}")
                 return [shoulder, self.elbow((a, b), point, letter)]
         for a, b in pairs:
             if _concurrent(self.at, (a, b)):
@@ -346,7 +346,7 @@ class _Factory:
         formula = f"(z{a + 1} x z{b + 1}) . ({letter} - o)"
         return [
             DeterminantFactor("meeting_plane", (a, b), formula, plane, self._names(a, b)),
-            self.speed("boom", c, point, arm, f"({letter} - o) . {self.moved(c, letter)}"),
+            self.speed("boom", c, point, arm, f"({letter} - o) . {self.point_velocity(c, letter)}"),
         ]
 
     def of_quotient(self, joints: tuple[int, ...], parallel: int) -> list[DeterminantFactor]:
@@ -363,10 +363,10 @@ class _Factory:
                     lambda x, a=a, b=b: _triple(x.w[..., a, :], x.w[..., b, :], z(x)),
                     self._names(a, b),
                 )
-                return [self.speed("shoulder", c, point, z, f"z{parallel + 1} . {self.moved(c, 'c')}"), turned]
+                return [self.speed("shoulder", c, point, z, f"z{parallel + 1} . {self.point_velocity(c, 'c')}"), turned]
         return []
 
-    def moved(self, i: int, letter: str) -> str:
+    def point_velocity(self, i: int, letter: str) -> str:
         """The velocity of a point by joint i, in letters."""
         return f"z{i + 1}" if self.at.prismatic[i] else f"(z{i + 1} x ({letter} - p{i + 1}))"
 
@@ -417,7 +417,7 @@ class _Factory:
             c = point(x)
             return _triple(*(x.velocity(i, c) for i in three))
 
-        a, b, c = (self.moved(i, letter) for i in three)
+        a, b, c = (self.point_velocity(i, letter) for i in three)
         return DeterminantFactor("velocities", three, f"({a} x {b}) . {c}", value, self._names(*three))
 
     def _names(self, *joints: int) -> tuple[str, ...]:

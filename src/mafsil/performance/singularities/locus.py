@@ -146,7 +146,7 @@ def singularity_locus(
 def _component(robot: Robot, task: str, factor: DeterminantFactor, count: int, seed: int) -> LocusComponent:
     form = factor.form
     joints = tuple(range(robot.n)) if form is None else form.joints
-    q = sampled(robot, factor, count, seed)
+    q = sample_locus(robot, factor, count, seed)
     singular = is_singular(robot, q, task=task, tolerance=10 * TOLERANCE) if len(q) else np.zeros(0, bool)
     lower, upper = ranges(robot)
     inside = ((q >= lower) & (q <= upper)).all(axis=-1)
@@ -162,7 +162,7 @@ def _component(robot: Robot, task: str, factor: DeterminantFactor, count: int, s
     )
 
 
-def sampled(robot: Robot, factor: DeterminantFactor, count: int, seed: int = 1) -> Floats:
+def sample_locus(robot: Robot, factor: DeterminantFactor, count: int, seed: int = 1) -> Floats:
     """Random configurations at which a factor vanishes: all coordinates drawn but one, which is solved for.
 
     Args:

@@ -70,12 +70,14 @@ def _screw(directed: Floats, moment: Floats, length: float) -> ScrewParameters:
     size = float(np.linalg.norm(directed))
     if size * length <= CLEAR * float(np.linalg.norm(moment)) or size == 0.0:
         total = float(np.linalg.norm(moment))
-        return ScrewParameters(signed(moment / total if total else moment), np.full(3, np.nan), float("inf"))
+        return ScrewParameters(
+            canonical_direction(moment / total if total else moment), np.full(3, np.nan), float("inf")
+        )
     pitch = float(directed @ moment) / size**2
-    return ScrewParameters(signed(directed / size), np.cross(directed, moment) / size**2, pitch)
+    return ScrewParameters(canonical_direction(directed / size), np.cross(directed, moment) / size**2, pitch)
 
 
-def signed(direction: Vector3) -> Vector3:
+def canonical_direction(direction: Vector3) -> Vector3:
     """The same line's direction with its first clearly non-zero component positive, and no roundoff."""
     clean = np.where(np.abs(direction) < ROUNDOFF, 0.0, direction)
     first = clean[np.argmax(np.abs(clean) > WITHIN)]

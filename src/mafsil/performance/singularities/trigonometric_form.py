@@ -161,7 +161,7 @@ def _distinct(angles: Floats) -> Floats:
     return wrapped[keep]
 
 
-def fitted(
+def fit_trigonometric_form(
     function: Callable[[Floats], Floats], n: int, prismatic: Sequence[bool], scale: float, degree: int = 2
 ) -> TrigonometricForm | None:
     """The exact form of a function of q whose degree in every coordinate is at most `degree`, or None if it has none.

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3, Vector6, as_batch, not_negative, single
 from mafsil.errors import InputError
-from mafsil.fields import checked, vector
+from mafsil.fields import check_fields, vector
 from mafsil.geometry import wrench
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.messages import say
@@ -162,7 +162,7 @@ class LinkLoad:
     moment: ArrayLike = (0.0, 0.0, 0.0)
     point: ArrayLike = (0.0, 0.0, 0.0)
     axes: Literal["space", "link"] = field(default="space")
-    __post_init__ = checked(force=vector(3), moment=vector(3), point=vector(3))
+    __post_init__ = check_fields(force=vector(3), moment=vector(3), point=vector(3))
 
     def in_space(self, T_sl: Floats) -> tuple[Vector3, Vector3]:
         """(*batch, 3) moment and force in the axes of {s}, the link's frame being T_sl (*batch, 4, 4)."""

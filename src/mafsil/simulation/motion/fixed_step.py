@@ -230,7 +230,7 @@ def march(
         t = t0 + k * step
         for number, fraction in enumerate(composition):
             h = fraction * step
-            found = solver.solved(t, q, p, v, h)
+            found = solver.solve(t, q, p, v, h)
             if found is None:
                 kept = (all_q[: k + 1], all_p[: k + 1])
                 return Outcome(kept, SolverStatus.NOT_FINITE, np.inf, k)
@@ -254,7 +254,7 @@ class _MidpointStep:
         self.zero = np.zeros(system.n)
         self.worst = 0.0
 
-    def solved(self, t: float, q: Floats, p: Floats, v: Floats, h: float) -> tuple[Floats, Floats] | None:
+    def solve(self, t: float, q: Floats, p: Floats, v: Floats, h: float) -> tuple[Floats, Floats] | None:
         """Mean rate over the step and momentum at its end; None if there is no solution near the guess."""
         n, system = self.system.n, self.system
         size = float(np.abs(p).max(initial=0.0)) + SMALLEST

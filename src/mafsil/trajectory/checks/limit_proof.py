@@ -84,7 +84,7 @@ def prove(
         InputError: no B-spline or piecewise polynomial, limits of another number of coordinates.
     """
     tolerance = not_negative("tolerance", tolerance)
-    require_kind("trajectory", trajectory, "BSpline or PiecewisePolynomial", "stretched", "n", "breaks")
+    require_kind("trajectory", trajectory, "BSpline or PiecewisePolynomial", "scale_time", "n", "breaks")
     bounds = motion_limits(limits, trajectory.n)
     most = whole("halvings", halvings, 0, 200)
     labels = names or tuple(str(k) for k in range(trajectory.n))

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, not_negative, number, positive, require_kind, whole
 from mafsil.errors import InputError
-from mafsil.fields import checked, finite
+from mafsil.fields import check_fields, finite
 from mafsil.messages import say
 from mafsil.trajectory.checks.jumps import JUMP, Jump, jumps
 from mafsil.trajectory.motion import Trajectory
@@ -52,7 +52,7 @@ class PassThrough:
     begin: float = 0.0
     end: float = np.inf
     place: Forward | None = None
-    __post_init__ = checked(point=finite(0, 1), distance=positive, begin=number, end=_last)
+    __post_init__ = check_fields(point=finite(0, 1), distance=positive, begin=number, end=_last)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class KeepsClear:
     begin: float = 0.0
     end: float = np.inf
     place: Forward | None = None
-    __post_init__ = checked(point=finite(0, 1), distance=positive, begin=number, end=_last)
+    __post_init__ = check_fields(point=finite(0, 1), distance=positive, begin=number, end=_last)
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class MaxDuration:
 
     least: float = 0.0
     most: float = np.inf
-    __post_init__ = checked(least=not_negative, most=_last)
+    __post_init__ = check_fields(least=not_negative, most=_last)
 
 
 @dataclass(frozen=True)

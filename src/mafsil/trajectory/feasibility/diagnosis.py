@@ -79,7 +79,7 @@ class Diagnosis(Answer, entries="obstructions"):
             return RequestStatus.POSSIBLE
         return RequestStatus.MENDABLE if self.remedies else RequestStatus.NO_REMEDY
 
-    def mended(self, kind: RemedyKind | str | None = None) -> PiecewisePolynomial:
+    def apply_fix(self, kind: RemedyKind | str | None = None) -> PiecewisePolynomial:
         """The motion after the first remedy, or after the first one of a kind.
 
         Args:
@@ -159,7 +159,7 @@ def suggest_fixes(
     Raises:
         InputError: a wrong shape, a number that is not finite, a duration that is not positive, an unknown curve.
 
-    Example: `mf.trajectory.suggest_fixes(points, [0.5, 0.2], robot).mended()`
+    Example: `mf.trajectory.suggest_fixes(points, [0.5, 0.2], robot).apply_fix()`
     """
     request = motion_request(points, durations, limits, curve=curve, joints=joints)
     violations = check(request.trajectory(), request.limits, request.joints)

@@ -25,7 +25,9 @@ def as_csv(samples: Samples) -> bytes:
     return b"".join(csv_text({"t": samples.t, **joint_columns(SIGNALS, values, samples.joints)}))
 
 
-def read(path: str | PathLike[str], joints: Sequence[str] = (), *, driven: bool = False) -> PiecewisePolynomial:
+def read_trajectory(
+    path: str | PathLike[str], joints: Sequence[str] = (), *, driven: bool = False
+) -> PiecewisePolynomial:
     """The trajectory of a CSV file, through every row; of a recording the plan that was to be driven.
 
     Between rows: quintics where velocities and accelerations are recorded, cubics where velocities are, and the cubic
@@ -41,7 +43,7 @@ def read(path: str | PathLike[str], joints: Sequence[str] = (), *, driven: bool 
     Raises:
         FileError: no such file, a missing column, a cell that is no number, times that do not increase.
 
-    Example: `mf.trajectory.read("motion.csv").at(0.5).u`
+    Example: `mf.trajectory.read_trajectory("motion.csv").at(0.5).u`
     """
     table = read_csv_table(path)
     names = tuple(joints) or joint_names(table)

@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.robot import Robot
 from mafsil.trajectory.checks.limit_check import LimitCheck, check, not_checked
 from mafsil.trajectory.files import csv_file, ros2, urscript
-from mafsil.trajectory.files.ros2 import Samples, sampled
+from mafsil.trajectory.files.ros2 import Samples, sample_trajectory
 from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.motion_limits import Limits
 from mafsil.whole_file import write_whole
@@ -102,7 +102,7 @@ def export(
     """
     write = FORMATS[_format(Path(path), format)][1]
     names = tuple(joints) or (limits.joint_names if isinstance(limits, Robot) else ())
-    samples = sampled(trajectory, names, rate)
+    samples = sample_trajectory(trajectory, names, rate)
     verdict = check(trajectory, limits, samples.joints, ends=ends)
     if not verdict:
         return TrajectoryFile(ExportStatus.LIMITS_EXCEEDED, Path(path), 0, verdict)

@@ -100,7 +100,7 @@ class Samples:
     qdd: Floats
 
 
-def sampled(trajectory: Trajectory, joints: Sequence[str], rate: float) -> Samples:
+def sample_trajectory(trajectory: Trajectory, joints: Sequence[str], rate: float) -> Samples:
     """The trajectory at even times, and at its end.
 
     Args:

@@ -43,7 +43,7 @@ class Pieces:
     times: Floats
     jerks: Floats
 
-    def sampled(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def sample(self, t: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Position, velocity, acceleration and jerk (k, rows, n) at the times t (k, rows)."""
         rows, n = self.count.shape
         u, v, a, j = np.empty((4, len(t), rows, n))
@@ -126,7 +126,7 @@ class JerkLimitedMotion(Answer, data="duration ruling synchronised"):
         """Which limit binds where: a row for each coordinate and interval."""
         self._require()
         begins = [np.concatenate([[0.0], self._ends(i)]) for i in range(self.n)]
-        states = [self.pieces.sampled(t[:, None]) for t in begins]
+        states = [self.pieces.sample(t[:, None]) for t in begins]
         v, a = ([values[k][:, 0, i] for i, values in enumerate(states)] for k in (1, 2))
         jerks = [self.pieces.jerks[0, i, : len(begins[i]) - 1] for i in range(self.n)]
         return bindings_of(begins, v, a, jerks, self.problem.limits)
@@ -167,7 +167,7 @@ class JerkLimitedMotion(Answer, data="duration ruling synchronised"):
         """(*times, n) position, velocity, acceleration and jerk."""
         self._require()
         clamped = np.clip(moment, 0.0, self.duration).reshape(-1, 1)
-        u, v, a, j = (x.reshape(*moment.shape, self.n) for x in self.pieces.sampled(clamped))
+        u, v, a, j = (x.reshape(*moment.shape, self.n) for x in self.pieces.sample(clamped))
         return u, v, a, j
 
 
@@ -241,7 +241,7 @@ class JerkLimitedBatch(Answer, data="duration ruling"):
         moment = times(t)
         ends = np.where(np.isfinite(self.outcome[:, 3]), self.outcome[:, 3], 0.0)
         each = moment.reshape(-1, 1)
-        values = self.pieces.sampled(np.ascontiguousarray(np.clip(each, 0.0, ends)))
+        values = self.pieces.sample(np.ascontiguousarray(np.clip(each, 0.0, ends)))
         moving = ((each >= 0.0) & (each <= ends)).astype(np.float64)[..., None]
         shape = (*moment.shape, *self.shape, self.n)
         void = ~self.valid.ravel()

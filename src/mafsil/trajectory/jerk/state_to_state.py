@@ -89,10 +89,10 @@ def jerk_limited(
         goal_acceleration,
     )
     problem = problem_of(given, limits, free=free, synchronise=synchronise, minimum=minimum_duration, cycle=cycle)
-    return planned(problem) if problem.states.ndim == 2 else _batch(problem)
+    return plan_motion(problem) if problem.states.ndim == 2 else _batch(problem)
 
 
-def planned(problem: Problem) -> JerkLimitedMotion:
+def plan_motion(problem: Problem) -> JerkLimitedMotion:
     """The motion of one problem.
 
     Raises:
@@ -183,7 +183,7 @@ def _arrives(problem: Problem, outcome: Floats, pieces: Pieces) -> NDArray[np.bo
     asked = pieces.first
     allowed = np.isfinite(T) & (problem.minimum * (1.0 - ROUNDED) <= T)
     end = np.where(allowed, T, 0.0)
-    reached = np.stack([values[0] for values in pieces.sampled(end[None])[:3]], axis=-1)
+    reached = np.stack([values[0] for values in pieces.sample(end[None])[:3]], axis=-1)
     largest = pieces.largest()
     with np.errstate(all="ignore"):
         missed = np.abs(reached - asked[..., 3:]) <= ROUNDED * largest + np.finfo(np.float64).smallest_subnormal

@@ -18,7 +18,7 @@ from mafsil.messages.tables import in_notebook
 from mafsil.trajectory.jerk.binding import Bindings
 from mafsil.trajectory.jerk.motion import JerkLimitedMotion, Pieces
 from mafsil.trajectory.jerk.problem import JerkStatus, Problem, packed_limits, problem_of, require_finite_states
-from mafsil.trajectory.jerk.state_to_state import MOST_PIECES, planned
+from mafsil.trajectory.jerk.state_to_state import MOST_PIECES, plan_motion
 from mafsil.trajectory.motion import Motion, overview
 from mafsil.trajectory.motion_limits import Limits
 
@@ -198,7 +198,7 @@ def _refuse(points: Floats, limits: Floats, at: Floats) -> ViaMotion:
     motion = None
     for k in range(m - 1):
         ends = [points[k], at[k, :, 0], at[k, :, 1], points[k + 1], at[k + 1, :, 0], at[k + 1, :, 1]]
-        motion = planned(Problem(np.stack(ends, axis=-1), limits))
+        motion = plan_motion(Problem(np.stack(ends, axis=-1), limits))
         if not motion:
             break
         passing[k + 1] = passing[k] + motion.duration

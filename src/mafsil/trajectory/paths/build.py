@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, PoseMatrix, RotationMatrix, as_batch, positive
 from mafsil.errors import InputError, InputWarning, warn
 from mafsil.geometry import pose
 from mafsil.trajectory.paths.cartesian_path import CartesianPath
-from mafsil.trajectory.paths.joined import JoinedPath, joined
+from mafsil.trajectory.paths.joined import JoinedPath, join_legs
 from mafsil.trajectory.paths.orientations import (
     AlongTangent,
     DirectionCosines,
@@ -198,7 +198,7 @@ def joined_path(
     for k, leg in enumerate(legs):
         require_kind(f"legs[{k}]", leg, "path of a frame", "poses", "twists", "breaks", "length", "angle")
     allowed = None if blend is None else _blends(blend, len(legs) - 1)
-    return joined(tuple(legs), allowed, None if blend_angle is None else positive("blend_angle", blend_angle))
+    return join_legs(tuple(legs), allowed, None if blend_angle is None else positive("blend_angle", blend_angle))
 
 
 def _blends(blend: float | Sequence[float], corners: int) -> tuple[float, ...]:

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, crossed, positive, require_finite
+from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, cross, positive, require_finite
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.robot import Robot, of_robot
@@ -98,7 +98,7 @@ class CartesianPath:
             return V, slope
         V[..., :3] = self._turn
         V[..., 3:] = self._chord @ T[..., :3, :3]
-        slope[..., 3:] = -crossed(V[..., :3], V[..., 3:])
+        slope[..., 3:] = -cross(V[..., :3], V[..., 3:])
         return V, slope
 
     @cached_property
@@ -164,7 +164,7 @@ def cartesian_line(
     for each in (task, *STRICTER.get(task, ())):
         joints = follow(robot, path, q, frame=frame, tolerance=tolerance, task=each)
         if joints.value is not None and joints.succeeded:
-            found.append(timed(robot, PathMotion(joints.value, unit), duration, stretch, joints.residual))
+            found.append(set_duration(robot, PathMotion(joints.value, unit), duration, stretch, joints.residual))
         elif not found:
             return Outcome(None, joints.status, joints.residual, joints.iterations, details=joints.details)
         if duration is not None and found[-1].status is PlanStatus.PLANNED:
@@ -177,7 +177,7 @@ def _shortest(motion: Outcome[PathMotion | None]) -> float:
     return float(str(motion.details.get("shortest", motion.details["duration"])))
 
 
-def timed(
+def set_duration(
     robot: Robot, unit: PathMotion, duration: float | None, stretch: bool, residual: float
 ) -> Outcome[PathMotion | None]:
     """Give a motion of one second its duration.
@@ -193,14 +193,14 @@ def timed(
     if duration is None:
         if shortest == 0.0:
             raise InputError("trajectory.no_duration")
-        return Outcome(unit.stretched(shortest), PlanStatus.PLANNED, residual, details={"duration": shortest})
+        return Outcome(unit.scale_time(shortest), PlanStatus.PLANNED, residual, details={"duration": shortest})
     requested = positive("duration", duration)
-    motion = unit.stretched(requested)
+    motion = unit.scale_time(requested)
     if requested >= shortest * (1.0 - GIVEN):
         return Outcome(motion, PlanStatus.PLANNED, residual, details={"duration": requested})
     worst = check(motion, robot.limits, robot.joint_names).violations[0]
     details = {"joint": worst.joint, "quantity": worst.quantity_name(), "requested": requested, "duration": shortest}
     if stretch:
-        return Outcome(unit.stretched(shortest), PlanStatus.STRETCHED, residual, details=details)
+        return Outcome(unit.scale_time(shortest), PlanStatus.STRETCHED, residual, details=details)
     details |= {"time": worst.time, "value": worst.value, "limit": worst.limit, "shortest": shortest}
     return Outcome(motion, PlanStatus.RATE_LIMIT, residual, details=details)

@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, crossed
+from mafsil.arrays import Floats, PoseMatrix, Vector6, cross
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-from mafsil.trajectory.paths.pose_path import TipPath, jumps, merged
-from mafsil.trajectory.paths.rotation_curves import RotationMotion, inverse, product, run, turned
+from mafsil.trajectory.paths.pose_path import TipPath, jumps, merge_breaks
+from mafsil.trajectory.paths.rotation_curves import RotationMotion, inverse, product, rotate_rows, run
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
 TURN_WEIGHT = 0.25
@@ -89,7 +89,7 @@ class JoinedPath:
     def _breaks(self) -> Floats:
         inside = [a + (b - a) * leg.breaks for leg, (a, b) in zip(self.legs, pairwise(self.shares), strict=True)]
         ends = [np.array([one.place - one.half, one.place + one.half]) for one in self.blends]
-        places = merged(*inside, *ends)
+        places = merge_breaks(*inside, *ends)
         if not self.blends:
             return places
         at, half = self._blended
@@ -117,7 +117,7 @@ class JoinedPath:
         """Largest angle of a blend from it [rad]."""
         return max((one.turn_deviation for one in self.blends), default=0.0)
 
-    def unblended(self) -> JoinedPath:
+    def with_sharp_corners(self) -> JoinedPath:
         """The same legs with sharp corners."""
         return replace(self, blends=())
 
@@ -132,8 +132,8 @@ class JoinedPath:
         """Body twist by s, and its derivative: (*s, 6) each."""
         p, (R, w, a) = self._motion(np.asarray(s, dtype=np.float64))
         back = np.swapaxes(R, -1, -2)
-        v = turned(back, p[1])
-        return np.concatenate([w, v], axis=-1), np.concatenate([a, turned(back, p[2]) - crossed(w, v)], axis=-1)
+        v = rotate_rows(back, p[1])
+        return np.concatenate([w, v], axis=-1), np.concatenate([a, rotate_rows(back, p[2]) - cross(w, v)], axis=-1)
 
     def _motion(self, s: Floats) -> tuple[Floats, RotationMotion]:
         """(3, *s, 3) the origin with two derivatives, and the turning."""
@@ -175,7 +175,7 @@ class JoinedPath:
         V, slope = self.legs[k].twists(local)
         V, slope, R = V / width, slope / width**2, T[..., :3, :3]
         w, v = V[..., :3], V[..., 3:]
-        p = np.stack([T[..., :3, 3], turned(R, v), turned(R, crossed(w, v) + slope[..., 3:])])
+        p = np.stack([T[..., :3, 3], rotate_rows(R, v), rotate_rows(R, cross(w, v) + slope[..., 3:])])
         return p, RotationMotion(R, w, slope[..., :3])
 
     def _blend(self, one: CornerBlend, s: Floats) -> tuple[Floats, RotationMotion]:
@@ -201,7 +201,7 @@ class JoinedPath:
 
     def deviations(self, s: Floats) -> tuple[Floats, Floats]:
         """(k,) distance [m] and angle [rad] to the unblended path at the same places."""
-        here, sharp = self.poses(s), self.unblended().poses(s)
+        here, sharp = self.poses(s), self.with_sharp_corners().poses(s)
         distance = np.linalg.norm(here[..., :3, 3] - sharp[..., :3, 3], axis=-1)
         return distance, np.linalg.norm(
             rotation.log(np.swapaxes(sharp[..., :3, :3], -1, -2) @ here[..., :3, :3]), axis=-1
@@ -218,7 +218,7 @@ class JoinedPath:
         return float(((np.linalg.norm(V, axis=-1) * weights).sum(axis=1) * half).sum())
 
 
-def joined(legs: tuple[TipPath, ...], blend: tuple[float, ...] | None, blend_angle: float | None) -> JoinedPath:
+def join_legs(legs: tuple[TipPath, ...], blend: tuple[float, ...] | None, blend_angle: float | None) -> JoinedPath:
     """Legs one after the other; see `mafsil.trajectory.joined_path`.
 
     Args:

@@ -15,7 +15,7 @@ from mafsil.arrays import Floats, RotationMatrix, Vector3
 from mafsil.errors import InputError
 from mafsil.geometry import euler, rotation
 from mafsil.trajectory.paths.positions import PositionCurve
-from mafsil.trajectory.paths.rotation_curves import RotationMotion, exponential, of_matrices, product, turned
+from mafsil.trajectory.paths.rotation_curves import RotationMotion, exponential, of_matrices, product, rotate_rows
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
@@ -227,7 +227,7 @@ class DirectionCosines:
         w: Vector3 = np.linalg.solve(inertia, _twice_skew(A)[..., None])[..., 0].astype(np.float64)
         W = rotation.hat(w)
         S_1, A_1 = A - W @ S, back @ M_2 - W @ A
-        right = _twice_skew(A_1) - turned(_trace(S_1) - S_1, w)
+        right = _twice_skew(A_1) - rotate_rows(_trace(S_1) - S_1, w)
         a: Vector3 = np.linalg.solve(inertia, right[..., None])[..., 0].astype(np.float64)
         return RotationMotion(R, w, a)
 

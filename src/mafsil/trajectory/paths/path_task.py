@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, crossed
+from mafsil.arrays import Floats, PoseMatrix, cross
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.trajectory.paths import TipPath
@@ -73,15 +73,15 @@ def path_rates(
         return J, V, J_rate, V_slope
     R, R_path = T[..., :3, :3], path.poses(s)[..., :3, :3]
     A, b = _equations(R, J, R_path, V, task)
-    turn = applied(J[..., :3, :], rate)
+    turn = multiply_rows(J[..., :3, :], rate)
     # p' = R v and its derivative R (w x v + v'), in {s}; b moves with the frame of the path.
     A_rate = R @ (rotation.hat(turn) @ J[..., 3:, :] + J_rate[..., 3:, :])
-    b_slope = applied(R_path, crossed(V[..., :3], V[..., 3:]) + V_slope[..., 3:])
+    b_slope = multiply_rows(R_path, cross(V[..., :3], V[..., 3:]) + V_slope[..., 3:])
     if task == "position":
         return A, b, A_rate, b_slope
     # The turn of the path, seen in the frame: w_b = R' R_path w, w_b' = -turn x w_b + R' R_path w'.
     into = np.swapaxes(R, -1, -2) @ R_path
-    slope = applied(into, V_slope[..., :3]) - crossed(turn, applied(into, V[..., :3]))
+    slope = multiply_rows(into, V_slope[..., :3]) - cross(turn, multiply_rows(into, V[..., :3]))
     return (
         A,
         b,
@@ -109,13 +109,13 @@ def path_equations(T: PoseMatrix, J: Floats, path: TipPath, s: ArrayLike, task: 
 
 def _equations(R: Floats, J: Floats, R_path: Floats, V: Floats, task: PathTask) -> tuple[Floats, Floats]:
     """Of position, or of position and one axis."""
-    A, b = R @ J[..., 3:, :], applied(R_path, V[..., 3:])
+    A, b = R @ J[..., 3:, :], multiply_rows(R_path, V[..., 3:])
     if task == "position":
         return A, b
-    across = applied(np.swapaxes(R, -1, -2), applied(R_path, V[..., :3]))[..., :2]
+    across = multiply_rows(np.swapaxes(R, -1, -2), multiply_rows(R_path, V[..., :3]))[..., :2]
     return np.concatenate([J[..., :2, :], A], axis=-2), np.concatenate([across, b], axis=-1)
 
 
-def applied(A: Floats, x: Floats) -> Floats:
+def multiply_rows(A: Floats, x: Floats) -> Floats:
     """A x of matrices (*batch, m, n) and vectors (*batch, n)."""
     return (A @ x[..., None])[..., 0]

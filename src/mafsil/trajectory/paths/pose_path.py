@@ -10,10 +10,10 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, crossed
+from mafsil.arrays import Floats, PoseMatrix, Vector6, cross
 from mafsil.trajectory.paths.orientations import OrientationLaw
 from mafsil.trajectory.paths.positions import PositionCurve
-from mafsil.trajectory.paths.rotation_curves import turned
+from mafsil.trajectory.paths.rotation_curves import rotate_rows
 from mafsil.trajectory.splines.piecewise import NODES, WEIGHTS
 from mafsil.trajectory.tolerances import FEW_ROUNDINGS, GIVEN
 
@@ -86,7 +86,7 @@ class PosePath:
 
     @cached_property
     def _breaks(self) -> Floats:
-        return merged(self.position.breaks, self.orientation.breaks)
+        return merge_breaks(self.position.breaks, self.orientation.breaks)
 
     @property
     def corners(self) -> Floats:
@@ -112,11 +112,11 @@ class PosePath:
         R, w, a = self.orientation.at(along)
         _, p_1, p_2, _ = self.position.derivatives(along)
         back = np.swapaxes(R, -1, -2)
-        v = turned(back, p_1)
-        return np.concatenate([w, v], axis=-1), np.concatenate([a, turned(back, p_2) - crossed(w, v)], axis=-1)
+        v = rotate_rows(back, p_1)
+        return np.concatenate([w, v], axis=-1), np.concatenate([a, rotate_rows(back, p_2) - cross(w, v)], axis=-1)
 
 
-def merged(*breaks: Floats) -> Floats:
+def merge_breaks(*breaks: Floats) -> Floats:
     """Increasing places of several lists, each of them once."""
     places = np.unique(np.concatenate(breaks))
     apart = np.concatenate([[True], np.diff(places) > FEW_ROUNDINGS])

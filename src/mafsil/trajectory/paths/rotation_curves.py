@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, Matrix3, RotationMatrix, Vector3, crossed
+from mafsil.arrays import Floats, Matrix3, RotationMatrix, Vector3, cross
 from mafsil.geometry import rotation
 from mafsil.trajectory.profiles.polynomial import cubic_coefficients
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
@@ -85,7 +85,7 @@ class RotationSpline:
         h = np.diff(knots)
         turn = rotation.log(np.swapaxes(R[:-1], -1, -2) @ R[1:])
         w = _continuous_rates(turn, h)
-        ends = turned(rotation.right_jacobian_inverse(turn), w[1:])
+        ends = rotate_rows(rotation.right_jacobian_inverse(turn), w[1:])
         pieces = [cubic_coefficients(np.zeros(3), turn[i], w[i], ends[i], float(h[i])) for i in range(len(h))]
         theta = PiecewisePolynomial.from_pieces(h, pieces)
         return cls(R[:-1], PiecewisePolynomial(knots, theta.coefficients))
@@ -126,7 +126,7 @@ def _continuous_rates(turn: Vector3, h: Floats) -> Vector3:
         fixed[i - 1] = 6 * turn[i] / after**2 + 6 * J[i - 1] @ turn[i - 1] / before**2
     inner: Floats = M[:, 3:-3]
     for _ in range(MOST_ROUNDS):
-        slope = turned(J_inverse[:-1], w[1:-1])
+        slope = rotate_rows(J_inverse[:-1], w[1:-1])
         convective = exponential(turn[:-1], slope, np.zeros_like(slope)).a
         right: Floats = (fixed - convective).ravel() - M[:, :3] @ w[0] - M[:, -3:] @ w[-1]
         found: Vector3 = np.linalg.solve(inner, right).astype(np.float64).reshape(-1, 3)
@@ -174,27 +174,27 @@ def exponential(K: Vector3, K_1: Vector3, K_2: Vector3) -> RotationMotion:
         K_2: (..., 3) d2K/ds2.
     """
     J = rotation.right_jacobian(K)
-    return RotationMotion(rotation.exp(K), turned(J, K_1), turned(J, K_2) + _carry(K, K_1))
+    return RotationMotion(rotation.exp(K), rotate_rows(J, K_1), rotate_rows(J, K_2) + _carry(K, K_1))
 
 
 def logarithm(curve: RotationMotion) -> tuple[Vector3, Vector3, Vector3]:
     """The rotation vector of a curve and its two derivatives; the curve stays within less than half a turn."""
     K = rotation.log(curve.R)
     inverse = rotation.right_jacobian_inverse(K)
-    K_1 = turned(inverse, curve.w)
-    return K, K_1, turned(inverse, curve.a - _carry(K, K_1))
+    K_1 = rotate_rows(inverse, curve.w)
+    return K, K_1, rotate_rows(inverse, curve.a - _carry(K, K_1))
 
 
 def product(A: RotationMotion, B: RotationMotion) -> RotationMotion:
     """A(s) B(s)."""
     back = np.swapaxes(B.R, -1, -2)
-    seen = turned(back, A.w)
-    return RotationMotion(A.R @ B.R, seen + B.w, turned(back, A.a) - crossed(B.w, seen) + B.a)
+    seen = rotate_rows(back, A.w)
+    return RotationMotion(A.R @ B.R, seen + B.w, rotate_rows(back, A.a) - cross(B.w, seen) + B.a)
 
 
 def inverse(A: RotationMotion) -> RotationMotion:
     """The transposed curve."""
-    return RotationMotion(np.swapaxes(A.R, -1, -2), -turned(A.R, A.w), -turned(A.R, A.a))
+    return RotationMotion(np.swapaxes(A.R, -1, -2), -rotate_rows(A.R, A.w), -rotate_rows(A.R, A.a))
 
 
 def run(curve: RotationMotion, rate: Floats, growth: Floats) -> RotationMotion:
@@ -215,7 +215,7 @@ def of_matrices(R: Matrix3, R_1: Matrix3, R_2: Matrix3) -> RotationMotion:
     return RotationMotion(R, w, _skew_part(back @ R_2))
 
 
-def turned(M: Matrix3, x: Vector3) -> Vector3:
+def rotate_rows(M: Matrix3, x: Vector3) -> Vector3:
     """M x, row by row."""
     return np.einsum("...ij,...j->...i", M, x)
 

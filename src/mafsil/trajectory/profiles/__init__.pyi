@@ -1,6 +1,6 @@
 from mafsil.trajectory.profiles.double_s import SideBySide as SideBySide
 from mafsil.trajectory.profiles.double_s import double_s as double_s
-from mafsil.trajectory.profiles.double_s import synchronised as synchronised
+from mafsil.trajectory.profiles.double_s import synchronise_axes as synchronise_axes
 from mafsil.trajectory.profiles.laws import LAWS as LAWS
 from mafsil.trajectory.profiles.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.profiles.laws import TimeLaw as TimeLaw

@@ -184,12 +184,12 @@ class SideBySide(Printed):
         moment = times(t)
         return np.concatenate([part.jerk(moment) for part in self.parts], axis=-1)
 
-    def stretched(self, factor: float) -> SideBySide:
+    def scale_time(self, factor: float) -> SideBySide:
         """The same path, `factor` times as slow; all parts must be of a kind that can be."""
-        return SideBySide(tuple(part.stretched(factor) for part in self.parts if isinstance(part, Stretchable)))
+        return SideBySide(tuple(part.scale_time(factor) for part in self.parts if isinstance(part, Stretchable)))
 
 
-def synchronised(*parts: Stretchable) -> SideBySide:
+def synchronise_axes(*parts: Stretchable) -> SideBySide:
     """Axes that start and arrive together: each is slowed as a whole to the slowest of them.
 
     Args:
@@ -201,9 +201,9 @@ def synchronised(*parts: Stretchable) -> SideBySide:
     if not parts:
         raise InputError("trajectory.no_parts")
     for k, part in enumerate(parts):
-        require_kind(f"parts[{k}]", part, "Trajectory", "duration", "at", "stretched")
+        require_kind(f"parts[{k}]", part, "Trajectory", "duration", "at", "scale_time")
     longest = max(part.duration for part in parts)
-    return SideBySide(tuple(part.stretched(longest / part.duration) if part.duration else part for part in parts))
+    return SideBySide(tuple(part.scale_time(longest / part.duration) if part.duration else part for part in parts))
 
 
 def on_common_knots(columns: Several[PiecewisePolynomial]) -> PiecewisePolynomial:

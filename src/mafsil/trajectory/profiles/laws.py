@@ -161,7 +161,7 @@ class TrapezoidLaw:
         way, unit = np.asarray(goal - start), self.unit()
         coefficients = unit.coefficients.reshape(unit.coefficients.shape[:2] + (1,) * way.ndim) * way
         coefficients[:, 0] += start
-        return PiecewisePolynomial(unit.knots, coefficients).stretched(duration)
+        return PiecewisePolynomial(unit.knots, coefficients).scale_time(duration)
 
     def fastest(
         self,

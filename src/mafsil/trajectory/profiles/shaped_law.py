@@ -158,7 +158,7 @@ class ShapedMotion(Printed):
         moment = times(t)
         return (self.goal - self.start) * self._share(moment, 3) * moving_at(moment, self.duration, self.start.ndim)
 
-    def stretched(self, factor: float) -> ShapedMotion:
+    def scale_time(self, factor: float) -> ShapedMotion:
         """The same path, `factor` times as slow."""
         return replace(self, duration=self.duration * factor)
 

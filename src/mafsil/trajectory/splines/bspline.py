@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen, positive, real_array, require_finite, whole
 from mafsil.errors import InputError
-from mafsil.fields import checked, numbers
+from mafsil.fields import check_fields, numbers
 from mafsil.trajectory.motion import Motion, Printed, moving_at, times
 from mafsil.trajectory.splines.cubic_spline import points_and_durations
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
@@ -39,7 +39,7 @@ class BSpline(Printed):
     knots: Floats
     control: Floats
     degree: int
-    __post_init__ = checked(knots=numbers(1), control=numbers())
+    __post_init__ = check_fields(knots=numbers(1), control=numbers())
 
     @property
     def duration(self) -> float:
@@ -99,7 +99,7 @@ class BSpline(Printed):
         pieces = [self.derivative(k).value(breaks[:-1]) / factorial(k) for k in range(self.degree + 1)]
         return PiecewisePolynomial.from_pieces(np.diff(breaks), np.stack(pieces, axis=1))
 
-    def stretched(self, factor: float) -> BSpline:
+    def scale_time(self, factor: float) -> BSpline:
         """The same path, `factor` times as slow."""
         return replace(self, knots=frozen(self.knots * factor))
 

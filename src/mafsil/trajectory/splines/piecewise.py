@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen, real_array
 from mafsil.errors import InputError
-from mafsil.fields import checked, numbers
+from mafsil.fields import check_fields, numbers
 from mafsil.trajectory.motion import Motion, Printed, moving_at, times
 from mafsil.trajectory.tolerances import REAL_ROOT
 
@@ -34,7 +34,7 @@ class PiecewisePolynomial(Printed):
 
     knots: Floats
     coefficients: Floats
-    __post_init__ = checked(knots=numbers(1), coefficients=numbers())
+    __post_init__ = check_fields(knots=numbers(1), coefficients=numbers())
 
     @classmethod
     def from_pieces(cls, durations: ArrayLike, coefficients: ArrayLike) -> PiecewisePolynomial:
@@ -102,7 +102,7 @@ class PiecewisePolynomial(Printed):
             local = moment - self.knots[piece]
         return self._derivative(piece, local, order)
 
-    def stretched(self, factor: float) -> PiecewisePolynomial:
+    def scale_time(self, factor: float) -> PiecewisePolynomial:
         """The same path, `factor` times as slow."""
         powers = factor ** -np.arange(self.degree + 1.0)
         scaled = self.coefficients * powers.reshape((-1,) + (1,) * (self.coefficients.ndim - 2))

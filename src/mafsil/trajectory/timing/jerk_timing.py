@@ -18,7 +18,7 @@ from mafsil.trajectory.profiles.polynomial import quintic_coefficients
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.timing.sampled_limits import SampledLimit
 from mafsil.trajectory.timing.sampled_timing import ALLOWED, GROWTH, MARGIN, MOST_ROUNDS, SETTLED, timed_within
-from mafsil.trajectory.timing.timing_problem import TimingProblem, quadratic_basis, smoothed, solved
+from mafsil.trajectory.timing.timing_problem import TimingProblem, quadratic_basis, smooth_timing, solve_timing
 from mafsil.trajectory.tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def timed_with_jerk(path: JointPath, limits: MotionLimits, sampled: Sequence[Sam
     places: list[Floats] = []
     excess = 0.0
     for begin, end in pairwise(stops):
-        part = _Stretch(path.between(float(begin), float(end)), limits, sampled).timed()
+        part = _Stretch(path.between(float(begin), float(end)), limits, sampled).time_with_jerk()
         if part is None:
             return None
         assert isinstance(part.motion.law, PiecewisePolynomial)
@@ -138,7 +138,7 @@ class _Stretch:
         # Least y that the spline of the dilation may have at its places; 0 while it needs no bound.
         self.floor = 0.0
 
-    def timed(self) -> JerkTiming | None:
+    def time_with_jerk(self) -> JerkTiming | None:
         """Steps 2 to 5 of `timed_with_jerk`; None where the first motion or a limit at rest fails."""
         # 2.
         grid, slower = self._first_motion()
@@ -186,12 +186,12 @@ class _Stretch:
         n = self.path.n
         velocity, acceleration = self.limits.velocity[None], self.limits.acceleration[None]
         problem = TimingProblem([self.path], velocity, acceleration, np.zeros(1), np.zeros(1), self.pieces)
-        timing = timed_within(problem, self.sampled) if self.sampled else solved(problem)[0]
+        timing = timed_within(problem, self.sampled) if self.sampled else solve_timing(problem)[0]
         if timing.stopped >= 0 or not timing.duration < NEVER:
             return None, 1.0
         found: list[tuple[float, _Grid, float]] = []
         for share in WIDTHS:
-            base = smoothed(timing, share * timing.duration, self.pieces)
+            base = smooth_timing(timing, share * timing.duration, self.pieces)
             grid = _grid(self.path, base)
             slower = max(
                 float(share_of(values.reshape(-1, n), bound).max()) ** (1.0 / order)
@@ -247,7 +247,7 @@ class _Stretch:
     def _stretch(self, motion: PathMotion) -> PathMotion:
         """Just within the limits of velocity, acceleration and jerk; no faster where others count."""
         factor = motion.stretch_needed(self.limits) * (1.0 + ROUNDING)
-        return motion.stretched(max(factor, 1.0) if self.sampled else factor)
+        return motion.scale_time(max(factor, 1.0) if self.sampled else factor)
 
     def _used(self, motion: PathMotion) -> Floats:
         """(3, pieces) the largest share of the limits of velocity, acceleration and jerk in each piece."""

@@ -167,7 +167,7 @@ def taken(row, slopes, lane):
 
 
 @compiled
-def turned(ending, before, beginning, h, n):
+def lanes_that_turn(ending, before, beginning, h, n):
     """The lanes in which the direction of the path jumps where one interval ends and the next begins.
 
     Args:
@@ -225,7 +225,7 @@ def eight_of(grids, asked, first, memory):
 
 
 @compiled
-def capped(grids, eight, choose):
+def cap_velocities(grids, eight, choose):
     """Step 2: controls, shares and lengths of every interval, and the caps of velocity at its ends.
 
     1. The intervals of the eight paths into lanes; the polynomial only where a path comes to its next piece.
@@ -264,7 +264,7 @@ def capped(grids, eight, choose):
         # 3.
         if changed and i:
             ending = part(eight.D, (i - 1) * own + m * n)
-            corner = turned(ending, part(place, -PLACE)[LENGTH], controls, h, n) & (edge[2] > 0.0)
+            corner = lanes_that_turn(ending, part(place, -PLACE)[LENGTH], controls, h, n) & (edge[2] > 0.0)
             begin = where(corner, 0.0, begin)
         inside, then = eight.lengths > float(i), part(place, PLACE)
         place[CAP] = where(inside, lesser(begin, place[CAP]), place[CAP])
@@ -277,7 +277,7 @@ def lines_of(eight, asked, i):
     """The rows of one interval as lines, and the largest x they allow that do not speak about y.
 
     Args:
-        eight, asked: as in `capped` and `eight_of`.
+        eight, asked: as in `cap_velocities` and `eight_of`.
         i: the interval.
 
     Returns:
@@ -366,7 +366,7 @@ def passed_forth(eight, blocked):
 
 
 @compiled
-def measured(eight, asked, choose, finer):
+def measure_loss(eight, asked, choose, finer):
     """Step 5: durations and excesses; of every interval its loss, if a finer grid is to come.
 
     Args:
@@ -417,10 +417,10 @@ def eight_timed(grids, asked, first, finer, memory, found):
     caps, low, high, x, loss, durations, stopped, excess = found
     choose = chosen_of(grids.coefficients.shape[1] - 2)
     limits, eight = eight_of(grids, asked, first, memory)
-    slopes = capped(grids, eight, choose)
+    slopes = cap_velocities(grids, eight, choose)
     blocked, motion = passed_back(eight, asked)
     blocked = passed_forth(eight, blocked)
-    total, worst = measured(eight, asked, choose, finer)
+    total, worst = measure_loss(eight, asked, choose, finer)
     summary = buffer(4)
     summary[0], summary[1], summary[2], summary[3] = blocked, motion, total, worst
     for lane in range(min(LANES, len(durations) - first)):

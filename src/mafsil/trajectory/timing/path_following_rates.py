@@ -15,7 +15,7 @@ from mafsil.ik import Track, TrackTask, track
 from mafsil.ik.tracking import TrackStatus
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory.paths import TipPath
-from mafsil.trajectory.paths.path_task import PathTask, applied, path_equations, path_rates
+from mafsil.trajectory.paths.path_task import PathTask, multiply_rows, path_equations, path_rates
 from mafsil.trajectory.profiles.laws import LawName, rest_law
 
 RatesBy = Literal["jacobian", "differences"]
@@ -99,7 +99,7 @@ def joint_motion(
     T, updates, start = positive("duration", duration), positive("rate", rate), single("q_start", q_start, (robot.n,))
     # 1
     times: Floats = np.linspace(0.0, T, max(int(np.ceil(T * updates)), 2) + 1)
-    s, speed, growth = rest_law(law).unit().stretched(T).at(times)
+    s, speed, growth = rest_law(law).unit().scale_time(T).at(times)
     places = np.clip(s[:, 0], 0.0, 1.0)
     # 2
     found = track(robot, path.poses(places), start, times=times, task=task)
@@ -127,10 +127,10 @@ def _by_jacobian(
     T, J = robot.forward_kinematics(at), robot.jacobian_body(at)
     A, b = path_equations(T, J, path, places, task)
     inverse: Floats = np.asarray(np.linalg.pinv(A, rcond=CUTOFF), dtype=np.float64)
-    slope = applied(inverse, b)
+    slope = multiply_rows(inverse, b)
     _, _, A_rate, b_slope = path_rates(T, J, robot.jacobian_body_rate(at, slope), slope, path, places, task)
     qd[done] = slope * speed[done]
-    qdd[done] = applied(inverse, b_slope - applied(A_rate, slope)) * speed[done] ** 2 + slope * growth[done]
+    qdd[done] = multiply_rows(inverse, b_slope - multiply_rows(A_rate, slope)) * speed[done] ** 2 + slope * growth[done]
     return qd, qdd
 
 

@@ -23,7 +23,7 @@ MOST_PARTS = 8
 
 @compiled
 def places_needed(knots, intervals):
-    """How many places `divided` writes for a path with these knots."""
+    """How many places `divide_grid` writes for a path with these knots."""
     length, count = knots[-1] - knots[0], 1
     for k in range(len(knots) - 1):
         count += max(LEAST_PARTS, round(intervals * (knots[k + 1] - knots[k]) / length)) if length > 0.0 else 1
@@ -31,7 +31,7 @@ def places_needed(knots, intervals):
 
 
 @compiled
-def divided(knots, intervals, s, piece):
+def divide_grid(knots, intervals, s, piece):
     """A grid that contains the knots, each piece divided evenly, in place.
 
     Args:
@@ -84,8 +84,8 @@ def parts_of(loss, goal, parts):
 
 
 @compiled
-def subdivided(s, piece, parts, finer, under):
-    """A grid whose intervals are divided, in place; arguments as in `divided`, and how many parts each gets."""
+def subdivide_grid(s, piece, parts, finer, under):
+    """A grid whose intervals are divided, in place; arguments as in `divide_grid`, and how many parts each gets."""
     place = 0
     for i in range(len(piece)):
         for k in range(parts[i]):
@@ -111,7 +111,7 @@ def all_divided(knots: Floats, firsts: Indices, intervals: int, begins: Indices)
     s, piece = np.empty(begins[-1]), np.zeros(begins[-1], np.int64)
     for b in range(len(begins) - 1):
         u, v, f, g = begins[b], begins[b + 1], firsts[b], firsts[b + 1]
-        divided(knots[f + b : g + b + 1], intervals, s[u:v], piece[u:v])
+        divide_grid(knots[f + b : g + b + 1], intervals, s[u:v], piece[u:v])
     return s, piece
 
 
@@ -129,7 +129,7 @@ def all_subdivided(
     finer, under = np.empty(finer_begins[-1]), np.zeros(finer_begins[-1], np.int64)
     for b in range(len(begins) - 1):
         u, v, f, g = begins[b], begins[b + 1], finer_begins[b], finer_begins[b + 1]
-        subdivided(s[u:v], piece[u : v - 1], parts[u : v - 1], finer[f:g], under[f:g])
+        subdivide_grid(s[u:v], piece[u : v - 1], parts[u : v - 1], finer[f:g], under[f:g])
     return finer, under
 
 

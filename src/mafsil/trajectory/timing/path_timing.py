@@ -55,7 +55,7 @@ def slowest(motion: PathMotion, limits: JointLimits) -> Slowest:
     return Slowest(place, joint, ("velocity", "acceleration")[order], float(needs.max()))
 
 
-def dilated(motion: PathMotion, limits: JointLimits, acceleration: float) -> PathMotion:
+def dilate_time(motion: PathMotion, limits: JointLimits, acceleration: float) -> PathMotion:
     """The same path, slowed only where limits need it; uniformly where that is as good.
 
     With dt = dtau / sqrt(y(tau)) the motion u(tau) has  v = u' sqrt(y),  a = u'' y + u' y'/2:  limits are linear in y.
@@ -73,14 +73,14 @@ def dilated(motion: PathMotion, limits: JointLimits, acceleration: float) -> Pat
 
     Reference: Verscheure et al., Time-optimal path tracking for robots: a convex optimization approach, IEEE TAC 2009.
     """
-    uniform = motion.stretched(max(motion.stretch_needed(limits) * (1 + 1e-9), 1.0))
+    uniform = motion.scale_time(max(motion.stretch_needed(limits) * (1 + 1e-9), 1.0))
     if uniform.duration <= motion.duration * (1 + 1e-6):
         return uniform
     law = _law(motion, limits, acceleration, motion.duration / uniform.duration)
     if law is None:
         return uniform
     candidate = replace(motion, law=law)
-    candidate = candidate.stretched(max(candidate.stretch_needed(limits) * (1 + 1e-9), 1.0))
+    candidate = candidate.scale_time(max(candidate.stretch_needed(limits) * (1 + 1e-9), 1.0))
     return candidate if candidate.duration < uniform.duration else uniform
 
 

@@ -59,7 +59,7 @@ class SampledLimit(Protocol):
         """(k,) what a bound is lowered by for an excess of its whole size."""
         ...
 
-    def raised(self, joint: int, quantity: str, factor: float) -> SampledLimit:
+    def scale_limit(self, joint: int, quantity: str, factor: float) -> SampledLimit:
         """The same limits, of which one is `factor` times as much; itself if it has no such limit."""
         ...
 
@@ -123,7 +123,7 @@ class EffortLimit:
         """(2 n,) the larger magnitude of each joint's limits."""
         return np.tile(self._size, 2)
 
-    def raised(self, joint: int, quantity: str, factor: float) -> EffortLimit:
+    def scale_limit(self, joint: int, quantity: str, factor: float) -> EffortLimit:
         """More effort of one joint."""
         if quantity != "effort":
             return self
@@ -207,7 +207,7 @@ class TipLimit:
         """(2 + DIRECTIONS,) twice the squares of the speeds, which grow twice as fast as these; accelerations."""
         return np.append([2.0 * self.speed**2, 2.0 * self.turn_rate**2], np.full(DIRECTIONS, self.acceleration))
 
-    def raised(self, joint: int, quantity: str, factor: float) -> TipLimit:
+    def scale_limit(self, joint: int, quantity: str, factor: float) -> TipLimit:
         """More speed, turning rate or acceleration."""
         match quantity:
             case "tip_speed":

@@ -17,9 +17,9 @@ from mafsil.trajectory.timing.timing_problem import (
     Grid,
     Timing,
     TimingProblem,
-    flattened,
-    solved,
-    timed,
+    flatten_paths,
+    solve_timing,
+    time_on_grids,
 )
 
 PLACES = (0.0, 0.5, 1.0)
@@ -60,7 +60,7 @@ def timed_within(problem: TimingProblem, sampled: Sequence[SampledLimit]) -> Tim
     """
     # 1.
     first = replace(problem, intervals=problem.intervals or INTERVALS)
-    fastest = solved(first)[0]
+    fastest = solve_timing(first)[0]
     if fastest.stopped >= 0 or fastest.duration == 0.0:
         return fastest
     failed = _rounds(first, fastest, fastest, sampled)
@@ -246,4 +246,4 @@ def _passes(problem: TimingProblem, timing: Timing, further: FurtherRows) -> Tim
         np.where((timing.x[k] > 0.0) & (v == 0.0), -1.0, v**2) for k, v in ((0, problem.start), (-1, problem.end))
     )
     limits = problem.velocity, problem.acceleration
-    return timed(flattened(problem.paths), grid, limits, (start, end), further)[0]
+    return time_on_grids(flatten_paths(problem.paths), grid, limits, (start, end), further)[0]

@@ -20,7 +20,7 @@ from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.timing.sampled_limits import EffortLimit, SampledLimit, TipLimit
 from mafsil.trajectory.timing.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
 from mafsil.trajectory.timing.timing_answer import TimeOptimal, TimeOptimalBatch, TimingStatus, with_jerk
-from mafsil.trajectory.timing.timing_problem import FREE, Timing, TimingProblem, Timings, limits_of_each, solved
+from mafsil.trajectory.timing.timing_problem import FREE, Timing, TimingProblem, Timings, limits_of_each, solve_timing
 
 NEVER = 1e100
 """A duration beyond which a motion does not move [s]."""
@@ -127,7 +127,7 @@ def time_optimal(
         raise InputError("trajectory.jerk_from_rest")
     count = None if intervals is None else whole("intervals", intervals, least=1)
     problem = TimingProblem(paths, *limits_of_each(bounds, len(paths)), ends[0], ends[1], count)
-    timings = _each_within(problem, sampled) if sampled else solved(problem)
+    timings = _each_within(problem, sampled) if sampled else solve_timing(problem)
 
     bounded = bool(np.isfinite(bounds.position).any())
 

@@ -24,7 +24,7 @@ from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.timing.jerk_timing import JerkTiming, timed_with_jerk
 from mafsil.trajectory.timing.sampled_limits import SampledLimit
 from mafsil.trajectory.timing.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
-from mafsil.trajectory.timing.timing_problem import Timing, TimingProblem, limits_of_each, solved
+from mafsil.trajectory.timing.timing_problem import Timing, TimingProblem, limits_of_each, solve_timing
 
 LOOKS = (1e-6, 0.5, 1.0 - 1e-6)
 """Shares of an interval at which is looked which limit decides."""
@@ -321,13 +321,13 @@ def _duration(answer: TimeOptimal, limits: MotionLimits, sampled: tuple[SampledL
     start, end = (np.array([v]) for v in answer.velocities_at_ends)
     places = max(len(answer.timing.s) - 1, 1)
     problem = TimingProblem([answer.path], *limits_of_each(limits, 1), start, end, places)
-    return (timed_within(problem, sampled) if sampled else solved(problem)[0]).duration
+    return (timed_within(problem, sampled) if sampled else solve_timing(problem)[0]).duration
 
 
 def _raise(answer: TimeOptimal, joint: int, quantity: str) -> tuple[MotionLimits, tuple[SampledLimit, ...]]:
     """Limits of which one is one per cent more."""
     if quantity not in ("velocity", "acceleration", "jerk"):
-        return answer.limits, tuple(limit.raised(joint, quantity, 1.01) for limit in answer.sampled)
+        return answer.limits, tuple(limit.scale_limit(joint, quantity, 1.01) for limit in answer.sampled)
     more = np.array(getattr(answer.limits, quantity))
     more[:, joint] *= 1.01
     return replace(answer.limits, **{quantity: frozen(more)}), answer.sampled

@@ -165,7 +165,7 @@ class Timings:
         )
 
 
-def flattened(paths: Sequence[JointPath]) -> FlatPaths:
+def flatten_paths(paths: Sequence[JointPath]) -> FlatPaths:
     """The polynomials of paths one after the other."""
     if len(paths) == 1 and paths[0].curve.degree >= 1:
         curve = paths[0].curve
@@ -185,19 +185,19 @@ def flattened(paths: Sequence[JointPath]) -> FlatPaths:
     return FlatPaths(flat, knots, firsts)
 
 
-def solved(problem: TimingProblem) -> Timings:
+def solve_timing(problem: TimingProblem) -> Timings:
     """Both passes over all paths, on even grids; or on coarse ones, divided where time is lost, as ROUNDS says."""
-    flat, limits = flattened(problem.paths), (problem.velocity, problem.acceleration)
+    flat, limits = flatten_paths(problem.paths), (problem.velocity, problem.acceleration)
     ends = path_grid_loops.end_squares(flat.coefficients, flat.knots, flat.firsts, problem.start, problem.end)
     rounds = ROUNDS if problem.intervals is None else (problem.intervals,)
     begins = np.empty(len(problem.paths) + 1, np.int64)
     s, piece = path_grid_loops.all_divided(flat.knots, flat.firsts, rounds[0], begins)
-    found = timed(flat, Grid(s, piece, begins), limits, ends, finer=len(rounds) > 1)
+    found = time_on_grids(flat, Grid(s, piece, begins), limits, ends, finer=len(rounds) > 1)
     for round_, goal in enumerate(rounds[1:], 2):
         begins = np.empty_like(begins)
         loss = np.where(np.isfinite(found.loss), found.loss, 0.0)
         s, piece = path_grid_loops.all_subdivided(found.s, found.piece, found.begins, loss, goal, begins)
-        found = timed(flat, Grid(s, piece, begins), limits, ends, finer=round_ < len(rounds))
+        found = time_on_grids(flat, Grid(s, piece, begins), limits, ends, finer=round_ < len(rounds))
     return found
 
 
@@ -208,7 +208,7 @@ def limits_of_each(limits: MotionLimits, count: int) -> tuple[Floats, Floats]:
     return np.tile(limits.velocity, (count, 1, 1)), np.tile(limits.acceleration, (count, 1, 1))
 
 
-def timed(
+def time_on_grids(
     flat: FlatPaths,
     grid: Grid,
     limits: tuple[Floats, Floats],
@@ -246,7 +246,7 @@ SHARES = (0.0, 0.5, 1.0)
 """Of each piece, where what is imposed is looked at."""
 
 
-def smoothed(timing: Timing, width: float, pieces: int) -> PiecewisePolynomial:
+def smooth_timing(timing: Timing, width: float, pieces: int) -> PiecewisePolynomial:
     """s(tau) of a timing from rest to rest whose path velocity is averaged over a window; it takes as much longer.
 
     1. Knots, half of them evenly in time, half by the variation of the averaged acceleration: close in its ramps.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from mafsil.errors import InputError
 from mafsil.kernels.export.objects.wasm import WASM_RUNTIME
-from mafsil.kernels.target import Target, described, host
+from mafsil.kernels.target import Target, describe_target, host
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,9 @@ _AVX2 = "+avx,+avx2,+bmi,+bmi2,+fma,+lzcnt,+movbe,+popcnt,+sse3,+ssse3,+sse4.1,+
 MACHINES: dict[str, Machine] = {
     item.name: item
     for item in (
-        Machine("x86-64", described(_LINUX_X86, "x86-64", "+sse2"), lanes=True),
-        Machine("x86-64-avx2", described(_LINUX_X86, "haswell", _AVX2), lanes=True),
-        Machine("aarch64", described("aarch64-unknown-linux-gnu", "generic", "+neon"), lanes=True),
+        Machine("x86-64", describe_target(_LINUX_X86, "x86-64", "+sse2"), lanes=True),
+        Machine("x86-64-avx2", describe_target(_LINUX_X86, "haswell", _AVX2), lanes=True),
+        Machine("aarch64", describe_target("aarch64-unknown-linux-gnu", "generic", "+neon"), lanes=True),
         Machine(
             "cortex-m4f",
             _bare("thumbv7em-unknown-none-eabihf", "cortex-m4", "", fma=False, rounding=False),
