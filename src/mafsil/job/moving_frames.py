@@ -128,7 +128,7 @@ class CarriedPath:
         if isinstance(self.path, np.ndarray) or self.law is None:
             zero = np.zeros((*share.shape, 6))
             return np.broadcast_to(np.asarray(self.path), (*share.shape, 4, 4)), zero, zero
-        law = self.law.stretched(1.0 / self.law.duration).at(np.clip(share, 0.0, 1.0))
+        law = self.law.scale_time(1.0 / self.law.duration).at(np.clip(share, 0.0, 1.0))
         sigma, rate, growth = (np.asarray(each)[..., 0] for each in law)
         V, slope = self.path.twists(sigma)
         rate, growth = rate[..., None], growth[..., None]
@@ -282,13 +282,13 @@ class FrameMoves:
         found = follow(walk.robot, carried, walk.q if q is None else q, task=task)
         if found.value is None or not found.succeeded:
             raise Refused("job.no_path", move=walk.where(index), reason=found)
-        return found.value.stretched(duration)
+        return found.value.scale_time(duration)
 
     def _shortest(
         self, move: Move, index: int, motion: Callable[[float], Trajectory], first: float = FIRST
     ) -> Trajectory:
         """The quickest motion within the limits, of those that are not shorter than `first` [s]."""
-        limits, where, wrong = self.walk.scaled(move), self.walk.where(index), [Refused("job.frame_too_fast")]
+        limits, where, wrong = self.walk.scaled_limits(move), self.walk.where(index), [Refused("job.frame_too_fast")]
 
         def suits(duration: float) -> Trajectory | None:
             try:

@@ -111,7 +111,7 @@ def _stop(walk: Walk, index: int, time: float) -> None:
     """Brake the last leg from a time on, within the limits [s]."""
     leg = walk.legs[-1]
     scale = walk.job.limits.acceleration_scale
-    scaled = walk.scaled(walk.job.move[index])
+    scaled = walk.scaled_limits(walk.job.move[index])
     limits = replace(scaled, acceleration=scaled.acceleration / scale, jerk=np.full(leg.trajectory.n, np.inf))
     brake, motion = QUICKEST_BRAKE, leg.trajectory
     while time + brake / 2.0 < leg.trajectory.duration:

@@ -108,7 +108,7 @@ def solve(
         return planned
     robot, motion = planned
     eye.enter("stage_simulating")
-    found = plan_searches(job, text, folder, source, robot, motion)
+    found = plan_searches(job, text, Path(folder), source, robot, motion)
     if isinstance(found, Refusal):
         return found
     motion = found

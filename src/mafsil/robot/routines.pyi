@@ -15,110 +15,6 @@ class Routine(lazy[Any]):
     def __init__(self, row: Quantity) -> None: ...
 
 class Routines:
-    def center_of_mass(
-        self,
-        q: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Centre of mass of all that the joints carry.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            p_sc (*batch, 3) [m], expressed in {s}.
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013, eq. 20
-        """
-
-    def com_jacobian(
-        self,
-        q: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Jacobian of the centre of mass: dp_sc/dt = J_com qd.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            J_com (*batch, 3, n) [m | 1], expressed in {s}.
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013
-        """
-
-    def centrifugal_torque(
-        self,
-        q: ArrayLike,
-        qd: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Centrifugal efforts: the sum of Gamma_ijj qd_j^2.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            qd: (*batch, n) joint rates [rad/s | m/s].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            c_centrifugal (*batch, n) [N m | N].
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Lynch & Park, Modern Robotics, sec. 8.1.1
-        """
-
-    def coriolis_torque(
-        self,
-        q: ArrayLike,
-        qd: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Coriolis efforts: the sum of 2 Gamma_ijk qd_j qd_k over j < k.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            qd: (*batch, n) joint rates [rad/s | m/s].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            c_Coriolis (*batch, n) [N m | N].
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Lynch & Park, Modern Robotics, sec. 8.1.1
-        """
-
     def centroidal_momentum_matrix(
         self,
         q: ArrayLike,
@@ -200,6 +96,56 @@ class Routines:
         Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013
         """
 
+    def center_of_mass(
+        self,
+        q: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Centre of mass of all that the joints carry.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            p_sc (*batch, 3) [m], expressed in {s}.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013, eq. 20
+        """
+
+    def com_jacobian(
+        self,
+        q: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Jacobian of the centre of mass: dp_sc/dt = J_com qd.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            J_com (*batch, 3, n) [m | 1], expressed in {s}.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Orin, Goswami & Lee, Centroidal dynamics of a humanoid robot, 2013
+        """
+
     def coriolis_matrix(
         self,
         q: ArrayLike,
@@ -250,6 +196,60 @@ class Routines:
             InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
 
         Reference: Lynch & Park, Modern Robotics, eq. 8.12
+        """
+
+    def centrifugal_torque(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Centrifugal efforts: the sum of Gamma_ijj qd_j^2.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            c_centrifugal (*batch, n) [N m | N].
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Lynch & Park, Modern Robotics, sec. 8.1.1
+        """
+
+    def coriolis_torque(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Coriolis efforts: the sum of 2 Gamma_ijk qd_j qd_k over j < k.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            c_Coriolis (*batch, n) [N m | N].
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Lynch & Park, Modern Robotics, sec. 8.1.1
         """
 
     def inverse_dynamics_derivatives(
@@ -364,6 +364,35 @@ class Routines:
             InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
 
         Reference: Lynch & Park, Modern Robotics, sec. 8.1
+        """
+
+    def lagrange_torque(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Joint efforts of a motion from the energies, by Lagrange's equations: a second `inverse_dynamics`.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            tau (*batch, n) [N m | N].
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Lynch & Park, Modern Robotics, sec. 8.1.2
         """
 
     def forward_dynamics(
@@ -646,35 +675,6 @@ class Routines:
             InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
 
         Reference: Lynch & Park, Modern Robotics, sec. 8.6
-        """
-
-    def lagrange_torque(
-        self,
-        q: ArrayLike,
-        qd: ArrayLike,
-        qdd: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Joint efforts of a motion from the energies, by Lagrange's equations: a second `inverse_dynamics`.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            qd: (*batch, n) joint rates [rad/s | m/s].
-            qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            tau (*batch, n) [N m | N].
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Lynch & Park, Modern Robotics, sec. 8.1.2
         """
 
     def link_twists(

@@ -107,7 +107,7 @@ def test_friction_of_a_joint_that_closes_a_loop_is_left_out_and_said():
     damped = "<dynamics><damping>0.5</damping></dynamics></axis>"
     for axis, said in ((plain, False), (plain.replace("</axis>", damped), True)):
         robot = mf.Robot(sdf.read(head + axis + tail))
-        still = mf.trajectory.profiles.rest(ClosedChain(robot).closed(np.zeros(robot.n)).q, 0.01)
+        still = mf.trajectory.profiles.rest(ClosedChain(robot).close_loops(np.zeros(robot.n)).q, 0.01)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             mf.Scenario(robot=robot, trajectory=still, law=lambda t, q, qd, reference: 0.0 * q).start()

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from mafsil.code_store import FileStore, StoreKind, code_folder, compilation
 from mafsil.kernels import elf, identity, runtime, system, target
-from mafsil.kernels.compiler import _llvm
+from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.loops import entry, library
 from mafsil.kernels.loops.definition import Definition
