@@ -9,7 +9,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from mafsil.algebra.euler import SEQUENCES
+from mafsil.algebra.euler_sequence import SEQUENCES
 from mafsil.algebra.membership import function
 from mafsil.geometry import euler, pose, rotation, screw
 

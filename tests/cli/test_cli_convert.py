@@ -175,7 +175,7 @@ def test_planar_poles_at_hand_and_at_infinity(capsys: pytest.CaptureFixture[str]
 def test_projection_only_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
     bent = ["--matrix", 1, 0.01, 0, 0, 1, 0, 0, 0, 1]
     printed = ["--matrix", 0.866, -0.5, 0, 0.5, 0.866, 0, 0, 0, 1]
-    assert "rotation is used" in run(capsys, *printed)[1]
+    assert "the nearest rotation is taken" in run(capsys, *printed)[1]
     code, _, err = run(capsys, *bent)
     assert code == 2
     for word in ("0.0141", "0.003", "tolerance.PRINTED", "--project"):
@@ -184,7 +184,7 @@ def test_projection_only_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
     M = np.array(bent[1:], float).reshape(3, 3)
     np.testing.assert_allclose(found["matrix"], rotation.project(M), atol=1e-15)
     assert found["projected_by"] == pytest.approx(np.linalg.norm(rotation.project(M) - M))
-    assert "rotation is used" in run(capsys, *bent, "--project")[1]
+    assert "the nearest rotation is taken" in run(capsys, *bent, "--project")[1]
     assert data(capsys, "--quaternion", 1, 2, 3, 4, "--project")["projected_by"] == pytest.approx(30**0.5 - 1)
     assert data(capsys, "--rpy", 0, 0, 1, "--project")["projected_by"] is None
     np.testing.assert_allclose(np.linalg.det(data(capsys, "--matrix", *_mirror(), "--project")["matrix"]), 1.0)

@@ -26,7 +26,7 @@ def test_misspelt_words_are_said(tmp_path: Path) -> None:
         with pytest.warns(ModelWarning, match=word):
             read(path)
     path.write_text(f"<!-- a -- b --><robot name='r'>{PAIR}</robot>")
-    with pytest.warns(ModelWarning, match="hyphens"):
+    with pytest.warns(ModelWarning, match="hyphen"):
         assert disabled_pairs(path) == {frozenset("ab"): "Never"}
 
 

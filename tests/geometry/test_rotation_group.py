@@ -96,7 +96,7 @@ def test_constraints_and_handedness():
     assert not rotation.is_rotation(flipped)
     with pytest.raises(InputError, match="determinant is -1"):
         rotation.check(flipped)
-    with pytest.raises(InputError, match=r"the length 1\.001 required 1"):
+    with pytest.raises(InputError, match=r"the length 1\.001, required 1"):
         rotation.check(1.001 * R)
 
 

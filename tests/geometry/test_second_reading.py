@@ -11,7 +11,6 @@ from mafsil.geometry import (
     acceleration,
     axis_triples,
     euler,
-    frames,
     length_units,
     planar,
     pose,
@@ -19,6 +18,7 @@ from mafsil.geometry import (
     rotation,
     screw,
     twist,
+    vehicle,
     wrench,
 )
 from mafsil.geometry.frames import CameraScene
@@ -218,14 +218,14 @@ def test_paths_of_body_points():
 def test_frames_of_vehicles():
     rpy = np.array([0.1, -0.2, 0.3])
     down = rotation.from_rpy(rpy)
-    np.testing.assert_allclose(frames.rotation(down), rotation.from_rpy(frames.roll_pitch_yaw(rpy)), atol=1e-15)
-    np.testing.assert_allclose(frames.vector(down @ [1, 2, 3]), frames.rotation(down) @ frames.vector([1, 2, 3]))
+    np.testing.assert_allclose(vehicle.rotation(down), rotation.from_rpy(vehicle.roll_pitch_yaw(rpy)), atol=1e-15)
+    np.testing.assert_allclose(vehicle.vector(down @ [1, 2, 3]), vehicle.rotation(down) @ vehicle.vector([1, 2, 3]))
     half = pose.from_rotation_translation(np.diag([1.0, -1, -1]), [0, 0, 0])
     V = np.arange(1.0, 7.0)
-    np.testing.assert_allclose(frames.twist(V), twist.transform(half, V))
+    np.testing.assert_allclose(vehicle.twist(V), twist.transform(half, V))
     nose_up = rotation.from_rpy([0, 0.2, 0])  # z down: positive pitch lifts the nose, away from z
     assert (nose_up @ [1, 0, 0])[2] < 0
-    assert (frames.rotation(nose_up) @ [1, 0, 0])[2] > 0, "in a frame with z up the nose points up"
+    assert (vehicle.rotation(nose_up) @ [1, 0, 0])[2] > 0, "in a frame with z up the nose points up"
 
 
 @pytest.mark.capability("04-50")

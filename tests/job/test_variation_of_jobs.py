@@ -135,7 +135,7 @@ def test_chunks_and_executors_change_nothing(monkeypatch):
         with ThreadPoolExecutor(2) as pool:
             yield pool if where == "2" else None
 
-    monkeypatch.setattr(import_module("mafsil.job.solve"), "cluster_of", threads)
+    monkeypatch.setattr(import_module("mafsil.job.solve"), "cluster_executor", threads)
     monkeypatch.setattr("mafsil.simulation.chunk_runs.MOST_IN_CHUNK", 5)
     there = vary(driven(), cluster="2")
     for name, array in here.drawn.outcomes.arrays().items():

@@ -13,8 +13,8 @@ from typing import Annotated, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.algebra.euler import SEQUENCES as SEQUENCES
-from mafsil.algebra.euler import EulerSequence as EulerSequence
+from mafsil.algebra.euler_sequence import SEQUENCES as SEQUENCES
+from mafsil.algebra.euler_sequence import EulerSequence as EulerSequence
 from mafsil.arrays import (
     Floats,
     Matrix3,

@@ -26,19 +26,19 @@ from mafsil.geometry.conditioned import (
 )
 
 
-@compile_function("velocity.angular_space")
+@compile_function("se3.angular_space")
 def _angular_space(R: RotationLike, Rdot: Matrix3Like) -> tuple[Vector3, Scalar]: ...
 
 
-@compile_function("velocity.angular_body")
+@compile_function("se3.angular_body")
 def _angular_body(R: RotationLike, Rdot: Matrix3Like) -> tuple[Vector3, Scalar]: ...
 
 
-@compile_function("velocity.space_twist")
+@compile_function("se3.space_twist")
 def _space(T: PoseLike, Tdot: Matrix4Like) -> tuple[Vector6, Scalar]: ...
 
 
-@compile_function("velocity.body_twist")
+@compile_function("se3.body_twist")
 def _body(T: PoseLike, Tdot: Matrix4Like) -> tuple[Vector6, Scalar]: ...
 
 
@@ -81,25 +81,25 @@ def body_from_pose_rate(T: ArrayLike, Tdot: ArrayLike) -> Vector6:
     return _skew_checked(_body(T, Tdot))
 
 
-@compile_function("velocity.pose_rate_of_body_twist")
+@compile_function("se3.pose_rate_of_body_twist")
 def pose_rate_from_body(T: PoseLike, V_b: Vector6Like) -> Matrix4:
     """(*batch, 4, 4) Tdot = T [V_b]."""
     ...
 
 
-@compile_function("velocity.pose_rate_of_space_twist")
+@compile_function("se3.pose_rate_of_space_twist")
 def pose_rate_from_space(T: PoseLike, V_s: Vector6Like) -> Matrix4:
     """(*batch, 4, 4) Tdot = [V_s] T."""
     ...
 
 
-@compile_function("velocity.mean_angular_velocity")
+@compile_function("se3.mean_angular_velocity")
 def mean_angular_velocity(R_0: RotationLike, R_1: RotationLike, duration: DurationLike) -> Vector3:
     """(*batch, 3) constant omega_s [rad/s] that turns R_0 into R_1 within the duration [s], which is not zero."""
     ...
 
 
-@compile_function("velocity.mean_space_twist")
+@compile_function("se3.mean_space_twist")
 def mean_space_twist(T_0: PoseLike, T_1: PoseLike, duration: DurationLike) -> Vector6:
     """(*batch, 6) constant V_s that carries T_0 into T_1 within the duration [s], which is not zero."""
     ...

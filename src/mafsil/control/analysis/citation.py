@@ -45,7 +45,7 @@ WORKS_ON_CONTROL = (
     Citation(
         "lynch2017", "K. M. Lynch, F. C. Park", "Modern Robotics", "Cambridge University Press", 2017,
         modules(
-            "control.laws.computed_torque", "control.laws.joint_feedback", "control.laws.task_space",
+            "control.laws.computed_torque", "control.laws.joint_feedback", "control.laws.tip_motion",
             "control.contact.force", "control.contact.hybrid", "control.contact.impedance",
             "control.contact.impedance_by_force", "control.analysis.compare_pose_errors",
             "control.analysis.block_diagram", "one_joint.error_dynamics", "one_joint.drives.gear",
@@ -54,7 +54,7 @@ WORKS_ON_CONTROL = (
     Citation(
         "khatib1987", "O. Khatib", "A unified approach for motion and force control of robot manipulators",
         "IEEE Journal on Robotics and Automation 3(1)", 1987,
-        modules("control.laws.task_dynamics", "control.laws.task_space", "control.laws.null_space"),
+        modules("control.laws.task_dynamics", "control.laws.tip_motion"),
     ),
     Citation(
         "hogan1985", "N. Hogan", "Impedance control: an approach to manipulation",
@@ -82,7 +82,7 @@ WORKS_ON_CONTROL = (
     Citation(
         "spong1987", "M. W. Spong", "Modeling and control of elastic joint robots",
         "ASME Journal of Dynamic Systems, Measurement, and Control 109", 1987,
-        modules("control.joints.elastic_arm", "control.joints.elastic_laws"),
+        modules("control.joints.elastic_laws"),
     ),
     Citation(
         "tomei1991", "P. Tomei", "A simple PD controller for robots with elastic joints",
@@ -104,7 +104,7 @@ WORKS_ON_CONTROL = (
     Citation(
         "siciliano2009", "B. Siciliano, L. Sciavicco, L. Villani, G. Oriolo",
         "Robotics: Modelling, Planning and Control", "Springer", 2009,
-        modules("control.joints.inertia_gains", "control.contact.constraint_estimate"),
+        modules("control.laws.gains", "control.contact.constraint_estimate"),
     ),
     Citation(
         "murray1994", "R. M. Murray, Z. Li, S. S. Sastry", "A Mathematical Introduction to Robotic Manipulation",
@@ -156,7 +156,7 @@ WORKS_OF_ROBOTICS = (
     ),
     Citation(
         "antia2002", "H. M. Antia", "Numerical Methods for Scientists and Engineers", "Birkhäuser", 2002,
-        modules("solvers.tableaus"),
+        modules("solvers.integrate"),
     ),
     Citation(
         "kaw2008", "A. K. Kaw, E. E. Kalu", "Numerical Methods with Applications", "University of South Florida", 2008,
@@ -197,7 +197,7 @@ WORKS_OF_ROBOTICS = (
     ),
     Citation(
         "cubero2007", "S. Cubero", "Industrial Robotics: Theory, Modelling and Control", "Pro Literatur", 2007,
-        modules("one_joint.joint_arm"),
+        modules("one_joint.joint_law"),
     ),
     Citation(
         "kurfess2005", "T. R. Kurfess", "Robotics and Automation Handbook", "CRC Press", 2005,
@@ -205,7 +205,7 @@ WORKS_OF_ROBOTICS = (
     ),
     Citation(
         "siciliano2008", "B. Siciliano, O. Khatib", "Springer Handbook of Robotics", "Springer", 2008,
-        modules("control.laws.task_space", "control.contact.hybrid"),
+        modules("control.laws.tip_motion", "control.contact.hybrid"),
     ),
     Citation(
         "angeles2007", "J. Angeles", "Fundamentals of Robotic Mechanical Systems", "Springer", 2007,
@@ -217,7 +217,7 @@ WORKS_OF_ROBOTICS = (
     ),
     Citation(
         "dombre2007", "E. Dombre, W. Khalil", "Robot Manipulators: Modeling, Performance Analysis and Control",
-        "ISTE", 2007, modules("mechanics.regrouping"),
+        "ISTE", 2007, modules("mechanics.frame_choice"),
     ),
     Citation(
         "park1999", "F. C. Park, J. W. Kim", "Singularity analysis of closed kinematic chains",

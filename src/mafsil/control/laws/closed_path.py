@@ -55,7 +55,7 @@ def follow_with_loops(
         and the place where it ends, DEVIATES if more knots do not help.
     """
     tolerance, slack = positive("tolerance", tolerance), not_negative("slack", slack)
-    require_kind("chain", chain, "ClosedChain", "actuated", "closed")
+    require_kind("chain", chain, "ClosedChain", "actuated", "close_loops")
     require_kind("path", path, "TipPath", "breaks", "poses")
     pieces = FEWEST
     while True:

@@ -88,7 +88,7 @@ def driven_trajectory(chain: ClosedChain, driven: Trajectory, q_0: ArrayLike) ->
         InputError: a trajectory of another width; the loops cannot be closed at some time (named, with the gap), or the
             motion passes a singular configuration of the driven joints.
     """
-    require_kind("chain", chain, "ClosedChain", "actuated", "closed")
+    require_kind("chain", chain, "ClosedChain", "actuated", "close_loops")
     require_kind("driven", driven, "Trajectory", "n", "duration", "at")
     a = chain.actuated
     if driven.n != len(a):

@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias, TypedDict
 
 import numpy as np
 
-from mafsil.algebra.euler import SEQUENCES
+from mafsil.algebra.euler_sequence import SEQUENCES
 from mafsil.arrays import Floats, JointVector, Matrix3, PoseMatrix, Symbolic, Vector3, Vector6, fails, real_array
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, rotation

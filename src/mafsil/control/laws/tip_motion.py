@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.algebra.euler import SEQUENCES
+from mafsil.algebra.euler_sequence import SEQUENCES
 from mafsil.arrays import Floats, JointVector, PoseMatrix, require_finite, require_function, require_kind, single
 from mafsil.control.laws.feedback import RunningSum
 from mafsil.control.laws.gains import Gains
