@@ -261,7 +261,7 @@ WRONG: dict[str, tuple[str, int, str]] = {
         5,
         "loosen the constraints",
     ),
-    "a velocity per joint too many": (U + "[limits]\nvelocity = [1, 1, 1, 1, 1, 1, 1]\n" + J, 6, "one number or 6, got 7"),
+    "a velocity per joint too many": (U + "[limits]\nvelocity = [1, 1, 1, 1, 1, 1, 1]\n" + J, 6, "or 6, got 7"),
     "two arms of one name": (
         U + '[[other_robot]]\nname = "b"\nrobot = "ur5e"\n'
         "position = [2, 0, 0]\n"

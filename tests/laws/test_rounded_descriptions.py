@@ -17,7 +17,7 @@ from mafsil.performance import characteristic_length, is_singular, rank, singula
 from mafsil.performance.singularities import verdict_in_doubt
 from tests.sizes import few, size
 
-pytestmark = pytest.mark.filterwarnings("ignore::mafsil.ModelWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::mafsil.errors.ModelWarning")
 
 DIGITS = [6, 7, 8, 10, 12, 14]
 LIBRARY = [
