@@ -114,7 +114,7 @@ def _misfit(name: str, value: Any, hint: Any) -> ArgumentError:
             real_array(name, value)
         except InputError as fault:
             return ArgumentError(fault.key, **fault.details)
-    details = {"name": name, "annotation_in_words": annotation_in_words(hint), "got": _shown(value)}
+    details = {"name": name, "expected": annotation_in_words(hint), "got": _shown(value)}
     maker = _makers(hint)
     return ArgumentError("input.misfit_maker" if maker else "input.misfit", maker=maker, **details)
 

@@ -34,7 +34,7 @@ CALLS = (
     "control.constraint_table(constrained=(True, False), wanted=(0.0, 0.1), names=('x', 'y'))",
     "control.contact.contact_mode(normal_force=1.0, tangential_force=[1, 2], friction=0.5)",
     "control.current_loop(law=PID, bandwidth=50.0)",
-    "control.delayed(law=PID, delay=0.01)",
+    "control.add_delay(law=PID, delay=0.01)",
     "control.contact.effective_admittance(inertia=1.0, damping=1.0, stiffness=1.0, kp=10.0, kd=5.0, period=0.001)",
     "control.elastic_linearization(arm=ELASTIC, trajectory=STILL, rate=20.0)",
     "control.encoder_loop(law=PID, resolution=0.01, filter_time=0.1)",
@@ -76,7 +76,7 @@ CALLS = (
     "most_steps=200, seconds=1.0)",
     "mf.simulation.inverse_dynamics_trajectory(robot=R2, motion=lambda t: [0.1 * t, 0.2], t=[0, 1, 2])",
     # grasp
-    "grasp.compare(grasps=[PINCH], length=1.0)",
+    "grasp.rank_grasps(grasps=[PINCH], length=1.0)",
     "grasp.contact_state(force=[0, 0, 1], mu=0.5)",
     "grasp.corner_contact(point=(0, 0), normals=[(-1, 0), (0, -1)], mu=0.5)",
     "grasp.eliminate(A=np.array([[1.0, 2.0], [3.0, 4.0]]), tolerance=1e-10)",
@@ -100,7 +100,7 @@ CALLS = (
     "ik.track(robot=R3, T_path=TIPS3, q0=Q3, tolerance=1e-9, largest_step=0.1)",
     "ik.twist_of_motion(X=turning, t=0.5, step=0.001)",
     # mobility
-    "mobility.instantaneous(linkage=FOUR, share=1e-9)",
+    "mobility.instantaneous_mobility(linkage=FOUR, share=1e-9)",
     "mobility.mobility(source=FOUR, play=1e-4)",
     "mobility.assembly_modes(linkage=FOUR, given={'A': 1.0}, starts=8)",
     "mobility.configuration_curves(linkage=FOUR, starts=2, step=0.1, steps=20)",
@@ -152,8 +152,8 @@ CALLS = (
     # one joint
     "one_joint.first_unstable_delay(arm=ARM, law=LAW, period=0.01, most=50)",
     "one_joint.measure_response(t=T3, error=[1, 0, 0], band=0.02)",
-    "one_joint.run(arm=ARM, law=LAW, reference=1.0, duration=0.05, start=0.1, speed=0.2, step=0.001)",
-    "one_joint.run_sampled(arm=ARM, law=LAW, reference=1.0, duration=0.05, period=0.01, start=0.1, speed=0.2)",
+    "one_joint.simulate_joint(arm=ARM, law=LAW, reference=1.0, duration=0.05, start=0.1, speed=0.2, step=0.001)",
+    "one_joint.simulate_sampled(arm=ARM, law=LAW, reference=1.0, duration=0.05, period=0.01, start=0.1, speed=0.2)",
     "one_joint.sweep_rate(arm=ARM, law=LAW, goal=1.0, duration=0.1, periods=[0.02, 0.01], start=0.1, gain=0.05)",
     # parallel
     "parallel.closed_inverse_kinematics(robot=BARS, T=BAR_TIP, task='position', tolerance=1e-9, "
@@ -163,7 +163,7 @@ CALLS = (
     "parallel.simulate_closed(chain=HEAVY, q=HEAVY_Q, duration=0.02, step=0.01)",
     "parallel.three_rps(base=1.0, platform=0.6, height=1.3)",
     "parallel.three_upu(base=1.0, platform=0.6, height=1.3)",
-    "parallel.platforms.trimmed(coefficients=np.array([1 + 0j, 2, 0]), share=1e-9)",
+    "parallel.platforms.trim_leading(coefficients=np.array([1 + 0j, 2, 0]), share=1e-9)",
     # performance
     "performance.force_ellipsoid(robot=R3, q=Q3, part='planar', length=0.5)",
     "performance.velocity_ellipsoid(robot=R3, q=Q3, part='planar', length=0.5)",
@@ -196,32 +196,33 @@ CALLS = (
     "mf.plan(robot=CHECKER, scene=None, start=Q2, goal=G2, seconds=1.0, max_nodes=50, shortcut_iterations=2)",
     "mf.plan(robot=R2, scene=None, start=Q2, goal=G2, max_nodes=50, shortcut_iterations=2, "
     "clearance=0.01, self_clearance=0.0, radius=0.01)",
-    "planning.avoid_moving(collides=lambda s, t: (s > 0.4) & (s < 0.5) & (t < 1), duration=1.0, horizon=3.0, cells=20)",
+    "planning.avoid_moving_obstacles(collides=lambda s, t: (s > 0.4) & (s < 0.5) & (t < 1), duration=1.0, horizon=3.0, "
+    "cells=20)",
     "planning.bench_planners(queries=[QUERY], planners=['rrt_connect'], seeds=(0,), seconds=1.0, max_nodes=50)",
-    "planning.coordinate(collides=lambda a, b: (a > 0.4) & (b > 0.4) & (a < 0.5) & (b < 0.5), durations=(1.0, "
+    "planning.coordinate_robots(collides=lambda a, b: (a > 0.4) & (b > 0.4) & (a < 0.5) & (b < 0.5), durations=(1.0, "
     "2.0), cells=20)",
-    "planning.disc(centre=[0.5, 0.0], radius=0.3)([[3, 0]])",
+    "planning.disc_distance(centre=[0.5, 0.0], radius=0.3)([[3, 0]])",
     "planning.find_path(problem=PROBLEM, start=[0, 0], goal=[0, 1], seconds=1.0, max_nodes=50)",
-    "planning.loops_kept(mechanism=BAR_MECHANISM, tolerance=0.001)",
+    "planning.loop_constraints(mechanism=BAR_MECHANISM, tolerance=0.001)",
     "planning.plan_approach(checker=PLAIN3, start=Q3, T_goal=TIP3, away=(0.0, 0.01, 0.0), seconds=1.0)",
     "planning.plan_prioritized(cell=CELL, start={'a': Q2}, goal={'a': G2}, limits=SWIFT, seconds=1.0)",
     "planning.plan_around_moving(cell=CELL, name='a', start={'a': Q2}, goal=G2, limits=SWIFT, others={}, seconds=1.0)",
     "planning.plan_coupled(cell=CELL, start={'a': Q2}, goal={'a': G2}, seconds=1.0, max_nodes=50, "
     "shortcut_iterations=2)",
     "planning.planar_arm(lengths=[1.0, 1.0], world=WORLD, thickness=0.1, base=(0.0, 0.0))",
-    "planning.watch(query=QUERY, seconds=1.0, max_nodes=20)",
+    "planning.log_search(query=QUERY, seconds=1.0, max_nodes=20)",
     # simulation
     "simulation.chalk_on_board(robot=R6, q=Q6, length=0.05, normal_force=5.0, friction=0.2, duration=1.0)",
     "simulation.eraser_on_board(robot=R6, q=Q6, length=0.05, normal_force=8.0, half_width=0.02, friction=0.2, "
     "duration=1.0)",
-    "simulation.learn(scenario=SHORT, passes=2, gain=1.0, cutoff=20.0)",
+    "simulation.iterative_learning(scenario=SHORT, passes=2, gain=1.0, cutoff=20.0)",
     "simulation.learning_factor(gains=GAINS, gain=1.0, cutoff=20.0)",
     "simulation.monte_carlo(scenario=SHORT, variation=VARIED, runs=2, bound=0.1)",
     "simulation.open_a_door(robot=R6, q=Q6, radius=0.4, angle=-0.5, wrong=0.05, duration=2.0)",
     "simulation.peg_in_hole(robot=R6, q=Q6, off=0.001, depth=0.03, clearance=0.0002, duration=2.0)",
     "simulation.simulate_elastic(arm=ELASTIC, law=ELASTIC_LAW, trajectory=STILL, duration=0.01, step=0.001, "
     "effort_limit=10.0)",
-    "simulation.suitable_integrator(plant=PLANT, q=[Q2], step=0.001)",
+    "simulation.choose_integrator(plant=PLANT, q=[Q2], step=0.001)",
     "mf.Scenario(robot=R2, trajectory=STILL, law=PID, duration=0.1, step=0.01, period=0.02)",
     # trajectory
     "trajectory.bspline(control_points=[[0.0], [1.0], [2.0], [1.0]], duration=1.0)",
@@ -309,10 +310,10 @@ SLOW = (
     "mf.optimal_base_placement",
     "planning.plan_approach", "planning.plan_prioritized", "planning.plan_around_moving", "trajectory.cartesian_line",
     "trajectory.compare_routes", "trajectory.diagnose_path", "trajectory.follow", "trajectory.joined_path",
-    "trajectory.time_optimal", "simulation.monte_carlo", "simulation.learn", "trajectory.export",
+    "trajectory.time_optimal", "simulation.monte_carlo", "simulation.iterative_learning", "trajectory.export",
     "control.laws.follow_with_loops",
     "ik.structure.puma_shape", "ik.inverse_kinematics", "control.export_law", "mf.plan",
-    "grasp.compare", "grasp.robustness",
+    "grasp.rank_grasps", "grasp.robustness",
     "mobility.library.stewart_gough", "mobility.library.three_upu", "mobility.library.three_cranks",
     "mobility.library.delta", "ik.track", "parallel.simulate_closed", "one_joint.sweep_rate",
     "mf.simulation.free_body_motion",
@@ -344,13 +345,13 @@ LONG = {
     "trajectory.joined_path(blend_angle)": (1e-30, 1e-10),
     "trajectory.joint_motion(duration)": (1e2, 1e30), "trajectory.joint_motion(rate)": (1e3, 1e30),
     "ik.integrate_rates(duration)": (1e2, 1e5), "ik.integrate_rates(step)": (1e-8, 1e-4),
-    "one_joint.run(duration)": (1e2, 1e7), "one_joint.run(step)": (1e-10, 1e-5),
-    "one_joint.run_sampled(duration)": (1e2, 1e7), "one_joint.run_sampled(period)": (1e-10, 1e-5),
+    "one_joint.simulate_joint(duration)": (1e2, 1e7), "one_joint.simulate_joint(step)": (1e-10, 1e-5),
+    "one_joint.simulate_sampled(duration)": (1e2, 1e7), "one_joint.simulate_sampled(period)": (1e-10, 1e-5),
     "one_joint.sweep_rate(duration)": (1e1, 1e7), "one_joint.sweep_rate(periods[0])": (1e-10, 1e-4),
     "one_joint.sweep_rate(periods[1])": (1e-10, 1e-4), "trajectory.diagnose_path(duration)": (1e-30, 1e-10),
     "parallel.simulate_closed(duration)": (1e1, 1e5), "parallel.simulate_closed(step)": (1e-8, 1e-4),
     "simulation.simulate_elastic(duration)": (1e1, 1e5), "simulation.simulate_elastic(step)": (1e-8, 1e-4),
-    "planning.avoid_moving(duration)": (1e-4, 1e-2),
+    "planning.avoid_moving_obstacles(duration)": (1e-4, 1e-2),
 }  # fmt: skip
 """Arguments by whose sizes the work grows, up to a number of steps that is refused: sizes between are left out."""
 

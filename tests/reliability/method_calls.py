@@ -150,7 +150,7 @@ CALLS = (
     "HEAVY.inverse_dynamics(q=HEAVY_Q, qd=np.zeros(3), qdd=np.zeros(3))",
     "HEAVY.forward_dynamics(q=HEAVY_Q, qd=np.zeros(3), tau=np.zeros(3))",
     # planning
-    "planning.PotentialField.of(goal=[1, 0], obstacles=[planning.disc([0.5, 0.0], 0.1)], kp=1.0)",
+    "planning.PotentialField.of(goal=[1, 0], obstacles=[planning.disc_distance([0.5, 0.0], 0.1)], kp=1.0)",
     "FIELD.force(x=[0, 0])",
     "FIELD.path(start=[0, 0], step=0.05)",
     "WORLD.free(points=[[0, 0]])",

@@ -115,7 +115,7 @@ FIRST_HOUR = {
         language="/nowhere"
     ),
     "source: expected": lambda: mf.model.urdf.read(3.5),
-    "path: expected": lambda: mf.job.read(None),
+    "path: expected": lambda: mf.job.read_job(None),
     "did you mean: iiwa7": lambda: mf.load("kuka"),
     "MotionLimits.of makes one of what matters: it takes n": lambda: MotionLimits(velocity=1),
     "impedance: expected Impedance, got int 100; make one by Impedance.of": lambda: control.impedance_control(

@@ -22,10 +22,10 @@ REPEATEDLY = """
 import sys
 from pathlib import Path
 import pickle
-from mafsil.job import parse, solve
+from mafsil.job import parse_job, solve
 from mafsil.report import write_results
 text = Path(sys.argv[1]).read_text(encoding="utf-8")
-run = solve(parse(text), text, Path())
+run = solve(parse_job(text), text, Path())
 print("ready", flush=True)
 while True:
     write_results(run, Path(sys.argv[2]))

@@ -66,7 +66,7 @@ CLOSED_VERBS = {"fk", "plan", "plot", "show", "verify"}
 """Methods of a robot that answer for the closed chain, see above."""
 DESCRIPTION = {
     "degrees", "radians", "from_dh", "from_screws", "inertial_parameters", "joint_names", "knows_loops", "limits",
-    "locked", "mechanism", "n",
+    "with_locked_joints", "mechanism", "n",
     "name", "save", "tip", "with_frame", "with_payload", "with_tip", "with_tool", "without_loops",
     "friction_torque", "friction_regressor",  # each joint's own law of its own rate, whatever the loops do
 }  # fmt: skip

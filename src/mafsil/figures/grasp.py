@@ -253,7 +253,7 @@ def _cone(axes: Any, contact: Contact, height: float) -> None:
 FRAMES = 24
 """Of one motion."""
 REACH = 0.08
-"""How far the body is displaced_pose, as a share of its size."""
+"""How far the body is moved, as a share of its size."""
 _MOVED = "#2e8b57"
 
 
@@ -295,7 +295,7 @@ def _swing(both_ways: bool) -> Floats:
 
 
 def _place(grasp: Grasp, corners: Floats, twist: Floats, share: float) -> Floats:
-    """Corners displaced_pose along a plane twist by a share of the reach; at rest where a finger would be inside."""
+    """Corners moved along a plane twist by a share of the reach; at rest where a finger would be inside."""
     size = float(np.ptp(corners, axis=0).max()) or 1.0
     pose = displaced_pose(grasp, np.sign(share) * twist, abs(share) * REACH * size)
     return corners if pose is None else corners @ pose[:2, :2].T + pose[:2, 2]

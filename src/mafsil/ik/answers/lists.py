@@ -1,4 +1,4 @@
-"""The solutions of many poses from the rows of their closed form: candidates, refine_rows, merged, certified.
+"""The solutions of many poses from the rows of their closed form: candidates, refined, merged, certified.
 
 1. Candidates: rows that are solutions or may become one, wrists straightened that only rounding bends.
 2. Refined by Newton's method on the arm itself, all rows of all poses at once; arms of few joints by least squares.
@@ -79,7 +79,7 @@ def exact_lists(setting: Setting, q: JointVector, details: CandidateTable, toler
 def refined_lists(
     setting: Setting, form: ClosedForm, T: PoseMatrix, q0: JointVector, lists: tuple[JointVector, CandidateTable, float]
 ) -> Lists:
-    """Lists of poses whose rows have to be refine_rows: all steps.
+    """Lists of poses whose rows have to be refined: all steps.
 
     Args:
         setting: the arm.
