@@ -45,10 +45,10 @@ PLACES = {
     "robot": lambda name: _job(JOB.format(robot=name)),
     "mesh": lambda name: _job(JOB.format(robot="ur5e") + f'[[obstacle]]\nname = "m"\nmesh = "{name}"\n'),
     "srdf": lambda name: _job(JOB.format(robot="ur5e") + f'[collision]\nsrdf = "{name}"\n'),
-    "job": mf.job.read,
+    "job": mf.job.read_job,
     "robot file": lambda name: mf.load(f"{name}.urdf"),
     "recording": lambda name: mf.simulation.Recording.load(f"{name}.npz"),
-    "motion": lambda name: mf.trajectory.files.read(f"{name}.csv"),
+    "motion": lambda name: mf.trajectory.files.read_trajectory(f"{name}.csv"),
     "grasp": read_grasp,
     "log": lambda name: mf.identification.identify("planar2r", f"{name}.csv"),
     "export": lambda name: mf.trajectory.export(mf.trajectory.quintic([0], [1], 1), f"{name}.csv", LIMITLESS),
@@ -57,7 +57,7 @@ PLACES = {
 
 
 def _job(text: str) -> object:
-    return mf.job.solve(mf.job.parse(text), text, ".")
+    return mf.job.solve(mf.job.parse_job(text), text, ".")
 
 
 @pytest.mark.parametrize("name", ["9" * 400, "a\0b", "a/" * 3000 + "b"], ids=["long", "null", "deep"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -158,7 +159,9 @@ def test_a_last_link_without_inertia_about_its_axis() -> None:
 
 
 def test_the_report_says_which_peers_were_asked(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mafsil.verification.verify.find_spec", lambda name: None if name == "mujoco" else name)
+    monkeypatch.setattr(
+        import_module("mafsil.verification.verify"), "find_spec", lambda name: None if name == "mujoco" else name
+    )
     report = verify(arm, states=1)
     assert dict(report.peers) == {"pinocchio": "verification.peer_idle", "mujoco": "verification.peer_missing"}
     assert "mujoco is not installed" in report.explain("en")
@@ -178,7 +181,7 @@ def test_wrong_arguments(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
         assert caught.value.key == key
         assert caught.value.message("ar") != caught.value.message("en")
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    monkeypatch.setattr("mafsil.verification.verify.find_spec", lambda name: None)
+    monkeypatch.setattr(import_module("mafsil.verification.verify"), "find_spec", lambda name: None)
     with pytest.raises(InputError, match="not installed"):
         verify(arm, against="pinocchio")
 

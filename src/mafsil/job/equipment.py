@@ -119,7 +119,7 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
     source = folder / job.robot if Path(job.robot).suffix else job.robot
     key = "robot"
     try:
-        mechanism = _loaded(source, job.tool.link)
+        mechanism = _load_mechanism(source, job.tool.link)
         for k, track in reversed(list(enumerate(job.track))):
             bounds = {"velocity": track.speed, "acceleration": track.acceleration}
             known = {name: value for name, value in bounds.items() if value is not None}
@@ -133,7 +133,7 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
         raise places.of_file(fault, (key,)) from None
 
 
-def _loaded(source: str | Path, tip: str | None) -> Mechanism:
+def _load_mechanism(source: str | Path, tip: str | None) -> Mechanism:
     """A robot of the library or of a file; a TOML file may be one of `mafsil.parallel`, too."""
     if isinstance(source, Path) and source.suffix == ".toml":
         data = read_toml(source)

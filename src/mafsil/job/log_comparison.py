@@ -94,7 +94,7 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
         FileError: no such file, missing columns, times that do not increase.
         InputError: the log is shorter than half of the plan, or the plan stands still.
     """
-    t, q, efforts = _logged(Path(path), robot)
+    t, q, efforts = _read_log(Path(path), robot)
     # 1
     planned = np.linspace(0.0, plan.duration, GRID)
     u = positions(plan, planned)
@@ -108,7 +108,7 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
     errors = np.abs(here / factors - u).max(axis=0)
     remarks = list(_units(robot, factors))
     # 3
-    missed = list(_missed(job, plan, t - offset, q))
+    missed = list(_missed_targets(job, plan, t - offset, q))
     # 4
     if efforts is not None and not plan.kinematic and not robot.mechanism.loops:
         remarks += _causes(plan, t - offset, efforts)
@@ -116,7 +116,7 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
     return LogComparison(status, offset, frozen(factors), frozen(errors), (*missed, *remarks))
 
 
-def _logged(path: Path, robot: Robot) -> JointStates:
+def _read_log(path: Path, robot: Robot) -> JointStates:
     """Times, positions and efforts of a log."""
     if path.suffix.lower() == ".mcap":
         return joint_states(path, robot.joint_names)
@@ -198,7 +198,7 @@ def _units(robot: Robot, factors: Floats) -> list[Remark]:
     return remarks
 
 
-def _missed(job: Job, plan: Plan, t: Floats, q: Floats) -> list[Remark]:
+def _missed_targets(job: Job, plan: Plan, t: Floats, q: Floats) -> list[Remark]:
     """Targets that the log misses by more than their tolerance."""
     remarks: list[Remark] = []
     for leg, end in zip(plan.legs, plan.starts[1:].tolist(), strict=True):

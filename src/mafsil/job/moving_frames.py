@@ -155,7 +155,7 @@ class FrameMoves:
         """A rest on the frame that the arm is on, or where it is, for a time [s]."""
         if self.frame is None:
             return rest(self.walk.q, duration)
-        motion = self._carried(self._from_frame(self.frame), None, duration, "pose", index)
+        motion = self._move_with_frame(self._from_frame(self.frame), None, duration, "pose", index)
         if not check(motion, self.walk.limits, tolerance=1e-6, ends=False):
             raise Refused("job.frame_too_fast", move=self.walk.where(index), frame=visible(self.name))
         return motion
@@ -202,7 +202,7 @@ class FrameMoves:
     def _catch_up(self, move: Move, goal: Goal, index: int) -> tuple[Trajectory, PoseMatrix]:
         """All joints from rest onto the frame, with its velocity and acceleration at the end."""
         walk, where, name = self.walk, self.walk.where(index), str(goal.carrier)
-        frame = self._started(name, where)
+        frame = self._frame_motion(name, where)
         relative = goal_matrix(goal, self._from_frame(frame), degrees=walk.degrees)
         allowed, q, start = tolerances(walk.job, walk.robot, index), walk.q, walk.past
         self.frame, self.name = frame, name
@@ -210,7 +210,7 @@ class FrameMoves:
         def motion(duration: float) -> Trajectory:
             target = frame.pose(start + duration) @ relative
             end = walk.goals.configuration(target, goal.task, q, allowed, where)
-            beyond = self._carried(relative, None, GLANCE, goal.task, index, end, start + duration).at(0.0)
+            beyond = self._move_with_frame(relative, None, GLANCE, goal.task, index, end, start + duration).at(0.0)
             return _between(q, np.zeros_like(q), np.zeros_like(q), end, beyond.v, beyond.a, duration)
 
         trajectory = self._shortest(move, index, motion)
@@ -231,7 +231,7 @@ class FrameMoves:
             law = time_law(*tip_rates(path, walk.bounds(move), move), move)
 
             def motion(duration: float) -> Trajectory:
-                return self._carried(path, law, duration, goal.task, index)
+                return self._move_with_frame(path, law, duration, goal.task, index)
 
             trajectory = self._shortest(move, index, motion, law.duration)
         return trajectory, frame.pose(walk.past + trajectory.duration) @ after
@@ -254,7 +254,7 @@ class FrameMoves:
         self.frame = None
         return self._shortest(move, index, motion), target
 
-    def _started(self, name: str, where: object) -> FrameMotion:
+    def _frame_motion(self, name: str, where: object) -> FrameMotion:
         """The frame as it moves since its signal last came."""
         walk, moving = self.walk, self.walk.job.moving[name]
         begin = 0.0 if moving.since is None else walk.signals.last_rise(moving.since, walk.past)
@@ -271,7 +271,7 @@ class FrameMoves:
         """(4, 4) of the tip in a frame, now."""
         return pose.inverse(frame.pose(self.walk.past)) @ np.asarray(self.walk.robot.forward_kinematics(self.walk.q))
 
-    def _carried(
+    def _move_with_frame(
         self, path: TipPath | PoseMatrix, law: Stretchable | None, duration: float, task: Task, index: int,
         q: JointVector | None = None, start: float | None = None,
     ) -> Trajectory:  # fmt: skip

@@ -259,7 +259,7 @@ def vary(run: Run, *, cluster: str | None = None, progress: Progress | None = No
             marks=marks, executor=executor, progress=progress,
         )  # fmt: skip
     names = tuple(leg.name or str(leg.index + 1) for leg in run.plan.legs)
-    return JobVariation(drawn, asked, _missed(run.job, run.plan, legs, drawn.outcomes.marked), names)
+    return JobVariation(drawn, asked, _missed_legs(run.job, run.plan, legs, drawn.outcomes.marked), names)
 
 
 def _stable(job: Job, scenarios: list[Scenario], asked: VariationTable) -> list[Scenario]:
@@ -294,7 +294,7 @@ def _spread(given: tuple[float, float] | Normal | None) -> DrawnNormal | tuple[f
     return DrawnNormal(given.mean, given.deviation) if isinstance(given, Normal) else given
 
 
-def _missed(job: Job, plan: Plan, legs: list[int], q: Floats) -> NDArray[np.int64]:
+def _missed_legs(job: Job, plan: Plan, legs: list[int], q: Floats) -> NDArray[np.int64]:
     """(b,) the first leg whose target each run missed, from its positions (b, m, n) where they end; -1 for none."""
     first = np.full(len(q), -1, dtype=np.int64)
     for m, k in reversed(list(enumerate(legs))):

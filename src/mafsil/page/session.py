@@ -156,7 +156,7 @@ class Session:
         """
         self._require("pose_step")
         T, settings = pose_from(position, quaternion), self.arm.settings
-        task = _unbounded(settings["task"], len(self.arm.places))
+        task = _without_bounds(settings["task"], len(self.arm.places))
         for attempt in range(settings["attempts"]):
             q = self._start(attempt)
             for _ in range(settings["steps"]):
@@ -376,6 +376,6 @@ def _or(value: float | None, bound: float) -> float:
     return bound if value is None else value
 
 
-def _unbounded(task: Sequence[float | None], m: int) -> list[float]:
+def _without_bounds(task: Sequence[float | None], m: int) -> list[float]:
     """The task with its missing bounds infinite: weights (6), axis (3), lower (m), upper (m)."""
     return [_or(value, -inf if k < 9 + m else inf) for k, value in enumerate(task)]

@@ -156,7 +156,7 @@ class ClosedStepper(Stepper):
         super().__init__(plant, name, step)
         self._closed = plant
         self._kernels: dict[bool, Callable[..., Any] | None] = {}
-        self._free = self._damped if name == IMPLICIT_FRICTION else second_order(method(name), self._accelerated)
+        self._free = self._damped_state if name == IMPLICIT_FRICTION else second_order(method(name), self._accelerated)
 
     def move(self) -> Step:
         """The step as a function of (t, state, h)."""
@@ -214,7 +214,7 @@ class ClosedStepper(Stepper):
     def _accelerated(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
         return self._closed.acceleration(q, qd, self.effort, self.push)
 
-    def _damped(self, t: float, state: State, h: float) -> State:
+    def _damped_state(self, t: float, state: State, h: float) -> State:
         q, qd = state
         qd = qd + h * self._closed.mean_acceleration(q, qd, self.effort, self.push, h)
         return q + h * qd, qd

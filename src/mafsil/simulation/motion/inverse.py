@@ -119,7 +119,7 @@ def inverse_dynamics_trajectory(
         u, v, a = motion.at(times)
         as_batch("motion", u, (robot.n,))
     else:
-        sampled = _sampled(motion, times, robot.n) if callable(motion) else motion
+        sampled = _sample(motion, times, robot.n) if callable(motion) else motion
         u, v, a = _differentiate(robot.n, times, sampled, qd, qdd)
     load = _wrenches(times, u, v, tip_wrench)
     tau = robot.inverse_dynamics(u, v, a) if load is None else robot.inverse_dynamics(u, v, a, load)
@@ -128,7 +128,7 @@ def inverse_dynamics_trajectory(
     return InverseMotion(robot.joint_names, times, u, v, a, tau)
 
 
-def _sampled(motion: Callable[[float], ArrayLike], times: Floats, n: int) -> Floats:
+def _sample(motion: Callable[[float], ArrayLike], times: Floats, n: int) -> Floats:
     """Values (k, *batch, n) of a function of time."""
     require_function("motion", motion, "function q(t)", 1)
     rows = [as_batch("motion", motion(t), (n,)) for t in times.tolist()]

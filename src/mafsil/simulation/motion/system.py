@@ -166,7 +166,7 @@ def spread(name: str, value: Floats, shape: tuple[int, ...]) -> Floats:
 def hamiltonian_kernel(mechanism: Mechanism) -> Kernel:
     """(q, p) to (qd, pd), 2 n numbers, without outside efforts."""
     n = mechanism.n
-    return _compiled("hamiltonian_field", mechanism, (Port("q", (n,)), Port("p", (n,))), 2 * n, hamiltonian_kernel)
+    return _compile("hamiltonian_field", mechanism, (Port("q", (n,)), Port("p", (n,))), 2 * n, hamiltonian_kernel)
 
 
 @lru_cache(maxsize=64)
@@ -174,10 +174,10 @@ def variational_kernel(mechanism: Mechanism) -> Kernel:
     """(q0, p0, v, load, h) to 3 n numbers; see `mechanics.discrete_lagrangian`."""
     n = mechanism.n
     inputs = (*(Port(name, (n,)) for name in ("q0", "p0", "v", "load")), Port("h"))
-    return _compiled("variational_step", mechanism, inputs, 3 * n, variational_kernel)
+    return _compile("variational_step", mechanism, inputs, 3 * n, variational_kernel)
 
 
-def _compiled(name: str, mechanism: Mechanism, inputs: tuple[Port, ...], size: int, recipe: Any) -> Kernel:
+def _compile(name: str, mechanism: Mechanism, inputs: tuple[Port, ...], size: int, recipe: Any) -> Kernel:
     return kernels.compile(
         Signature(name, inputs, (Port(name, (size,)),)),
         partial(_build, name, mechanism),
