@@ -177,7 +177,9 @@ def test_an_answer_has_the_one_shape(kind: str) -> None:
     lines = answer.explain(language="en").split("\n")
     assert all(lines)
     assert answer.explain(language="ar") != answer.explain(language="en")
-    assert answer._repr_html_().count("<div") == len(answer.explain().split("\n"))
+    html = answer._repr_html_()
+    assert html.count("<div") == len(answer.explain().split("\n"))
+    assert html.count("<pre") <= 1, "a table is shown once"
 
 
 @pytest.mark.parametrize("kind", ANSWERS)

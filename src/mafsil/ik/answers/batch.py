@@ -21,7 +21,7 @@ from mafsil.ik.result import STATUSES
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
-from mafsil.messages.tables import in_notebook, on_screen
+from mafsil.messages.tables import on_screen
 
 if TYPE_CHECKING:
     import mafsil.ik.winding_loops as winding_loops
@@ -146,9 +146,6 @@ class SolutionBatch(Answer, data="solved q valid within residual"):
         """
         solved = say("ik.batch", solved=int(self.solved.sum()), count=self.solved.size)
         return on_screen("\n".join([solved, *self._table()]))
-
-    def _repr_html_(self) -> str:
-        return super()._repr_html_() + in_notebook("\n".join(self._table()))
 
     def _table(self) -> list[str]:
         return pose_table(self.valid, self.within, self.residual, self.status_codes)

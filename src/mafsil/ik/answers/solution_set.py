@@ -25,7 +25,7 @@ from mafsil.ik.winding import TURN
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
-from mafsil.messages.tables import in_notebook, on_screen
+from mafsil.messages.tables import on_screen
 
 if TYPE_CHECKING:
     import mafsil.ik.winding_loops as winding_loops
@@ -126,9 +126,6 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
             degrees: angles in degrees.
         """
         return on_screen("\n".join([self.explain(degrees=degrees), *self._table(degrees)]))
-
-    def _repr_html_(self) -> str:
-        return super()._repr_html_() + in_notebook("\n".join(self._table()))
 
     def _table(self, degrees: bool = False) -> list[str]:
         return solution_table(self.q, self.branches, self.residual, self.within, self.revolute, degrees=degrees)
