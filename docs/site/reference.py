@@ -18,12 +18,15 @@ from pathlib import Path
 from formulas import typeset
 from sphinx.application import Sphinx
 
+from mafsil import robots
 from mafsil.lazy_module import public_names
 
 DOCS = Path(__file__).parents[1]
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
 LONGEST = 8
 """Lines of an example."""
+ROBOTS = {"arm", "puma", *robots()}
+"""Variables that hold robots in the guide, beside `robot`."""
 FOLDER = Path(__file__).parents[1] / "reference"
 PACKAGES = {
     "robot": ("Robots", "load a robot; its kinematics, statics and dynamics"),
@@ -52,14 +55,17 @@ PACKAGES = {
 }
 """Title and contents of a package's page."""
 COLLECTIONS = {
-    "mechanics": ("Mechanics as expressions", "the algorithms as expressions"),
+    "mechanics": ("Mechanics as expressions", "kinematics and dynamics of trees and loops"),
+    "mechanics.quantities": ("Quantities of a robot as expressions", "one file for each quantity that a robot has"),
+    "mechanics.closed_form": ("Inverse kinematics in closed form", "the angles of each kind of arm"),
     "algebra": ("Rigid motion as expressions", "rotations and screws as expressions"),
 }
 
 
 def setup(app: Sphinx) -> None:
-    """The pages are written when the builder starts."""
+    """The pages are written when the builder starts; docstrings get their examples when they are whole."""
     app.connect("builder-inited", write_pages)
+    app.connect("autodoc-process-docstring", add_example, priority=900)
 
 
 def write_pages(app: Sphinx) -> None:
@@ -139,22 +145,27 @@ def _entry(package: str, name: str, thing: object) -> list[str]:
             *(["   :no-index:"] if foreign else []),
             "",
         ]
-    return [f".. autofunction:: mafsil.{package}.{name}", "", *_example(name)] if callable(thing) else []
+    return [f".. autofunction:: mafsil.{package}.{name}", ""] if callable(thing) else []
 
 
-def _example(name: str) -> list[str]:
-    """The shortest statement of the guide that calls a function, below its entry; tests run all code of the guide."""
-    if name not in examples():
-        return []
-    page, code = examples()[name]
-    lines = [".. code-block:: python", "", *(f"   {line}" for line in code.splitlines())]
-    lines = [".. rubric:: Example", "", *lines, "", f"From :doc:`/{page}`.", ""]
-    return [f"   {line}".rstrip() for line in lines]
+def add_example(app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
+    """The shortest statement of the guide that makes the call, below its entry; tests run all code of the guide."""
+    *_, owner, last = name.split(".")
+    known = examples().get(f"{_variable(owner)}.{last}" if what == "method" else last)
+    if known and what in ("function", "class", "method"):
+        page, code = known
+        shown = [".. code-block:: python", "", *(f"   {line}" for line in code.splitlines())]
+        lines += ["", ".. rubric:: Example", "", *shown, "", f"From :doc:`/{page}`.", ""]
+
+
+def _variable(kind: str) -> str:
+    """What the guide calls a value of a class: `checker` for `CollisionChecker`."""
+    return ("".join(re.findall(r"[A-Z][a-z]*$", kind)) or kind).lower()
 
 
 @cache
 def examples() -> dict[str, tuple[str, str]]:
-    """Page and shortest calling statement of every function that the code of the guide calls by its name."""
+    """Page and shortest statement of the guide for each name that it calls, and for each `variable.method`."""
     found: dict[str, tuple[str, str]] = {}
     for page in sorted(DOCS.glob("[!.]*.md")):
         blocks = [] if ".ar" in page.name else re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.S)
@@ -173,17 +184,27 @@ def _calls(block: str, modules: set[str]) -> Iterator[tuple[str, str]]:
         if isinstance(statement, ast.stmt) and not isinstance(statement, ast.FunctionDef | ast.ClassDef):
             body = getattr(statement, "body", None)
             end = body[0].lineno - 1 if body else statement.end_lineno or statement.lineno
-            parts = [statement.iter] if isinstance(statement, ast.For) else [] if body else [statement]
+            parts = _head(statement) if body else [statement]
             code = textwrap.dedent("\n".join(lines[statement.lineno - 1 : end]))
             for call in (node for part in parts for node in ast.walk(part) if isinstance(node, ast.Call)):
                 *owners, name = ast.unparse(call.func).split(".")
-                if code.count("\n") < LONGEST and (not owners or owners[0] in modules):
+                if code.count("\n") >= LONGEST:
+                    continue
+                if not owners or owners[0] in modules:
                     yield name, code
+                elif len(owners) == 1:
+                    yield f"{'robot' if owners[0] in ROBOTS else owners[0]}.{name}", code
+
+
+def _head(statement: ast.stmt) -> list[ast.AST]:
+    """What a loop or a `with` computes before its body."""
+    return [statement.iter] if isinstance(statement, ast.For) else list(getattr(statement, "items", []))
 
 
 def _modules(package: str) -> list[str]:
     """A section for each module of a collection."""
-    paths = [path for path in sorted((SOURCE / package).rglob("*.py")) if path.stem != "__init__"]
+    folder = SOURCE / package.replace(".", "/")
+    paths = [path for path in sorted(folder.glob("*.py")) if path.stem != "__init__"]
     dotted = [".".join(("mafsil", *path.relative_to(SOURCE).with_suffix("").parts)) for path in paths]
     return [
         line for name in dotted for line in [name, "-" * len(name), "", f".. automodule:: {name}", "   :members:", ""]

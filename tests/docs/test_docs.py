@@ -7,6 +7,7 @@ import tomllib
 from importlib import import_module
 from inspect import isfunction, unwrap
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -54,22 +55,41 @@ def test_links_lead_somewhere() -> None:
                 assert (page.parent / target).exists(), f"{page.name}: {target}"
 
 
-WITHOUT_EXAMPLE = {"joint_group", "plan_around_moving", "take_shortcuts"}
-"""Functions whose example would be longer than an entry: an SRDF file, a cell of arms, a problem of one's own."""
+WITHOUT_EXAMPLE = {
+    *("joint_group", "plan_around_moving", "take_shortcuts", "with_loops", "read_grasp", "read_log", "derive_ik"),
+    *("of_robot", "as_open_tree", "legs_from_screws", "structure", "compile", "plot_block_diagram", "plot_response"),
+    *("plot_surface", "plot_frame_graph", "plot_eclipse", "plot_five_bar", "plot_planar_platform", "plot_synthesis"),
+    "plot_placement",
+}
+"""Functions whose example would be longer than an entry: a file, a cell of arms, a problem of one's own, a drawing."""
 
 
-@pytest.mark.parametrize("name", ["mafsil", "mafsil.ik", "mafsil.trajectory", "mafsil.planning", "mafsil.control"])
-def test_functions_have_an_example_in_the_reference(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A statement of the guide, all of which runs here, below the entry of each function."""
+@pytest.fixture(scope="module")
+def reference() -> ModuleType:
     pytest.importorskip("sphinx")
-    monkeypatch.syspath_prepend(ROOT / "docs" / "site")
-    examples = import_module("reference").examples()
-    package = import_module(name)
-    functions = {public for public in public_names(package) if isfunction(unwrap(getattr(package, public)))}
+    sys.path.append(str(ROOT / "docs" / "site"))
+    return import_module("reference")
+
+
+def test_functions_have_an_example_in_the_reference(reference: ModuleType) -> None:
+    """A statement of the guide, all of which runs here, below the entry of each function."""
+    examples = reference.examples()
+    functions: set[str] = set()
+    for package in map(import_module, ["mafsil", *(f"mafsil.{name}" for name in reference.PACKAGES)]):
+        functions |= {public for public in public_names(package) if isfunction(unwrap(getattr(package, public)))}
     assert functions - set(examples) <= WITHOUT_EXAMPLE
     for public in functions & set(examples):
         page, code = examples[public]
         assert code.splitlines()[0].strip() in (ROOT / "docs" / f"{page}.md").read_text("utf-8")
+
+
+def test_methods_of_a_robot_have_an_example_in_the_reference(reference: ModuleType) -> None:
+    """Below the docstring, where the guide calls the method of a variable that holds a robot."""
+    verbs = ("fk", "ik", "ik_all", "jacobian", "plan", "simulate", "singularity", "derive", "save", "mass_matrix")
+    for verb in verbs:
+        lines = ["What it does."]
+        reference.add_example(None, "method", f"mafsil.robot.Robot.{verb}", None, None, lines)
+        assert any(f".{verb}(" in line for line in lines), verb
 
 
 def test_map_is_current() -> None:
