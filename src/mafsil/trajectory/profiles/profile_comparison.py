@@ -13,7 +13,7 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.messages.tables import number, table
+from mafsil.messages.tables import joint_units, number, table
 from mafsil.robot import Robot
 from mafsil.trajectory.checks.limit_check import check
 from mafsil.trajectory.checks.requirements import continuity
@@ -104,7 +104,7 @@ class ProfileComparison(Answer, entries="runs"):
         columns = COLUMNS if np.isfinite(least) else COLUMNS[:-2]
         head = [say(f"trajectory.column_{name}", language=language) for name in columns]
         rows = [_cells(run, language)[: len(columns)] for run in self.runs]
-        return "\n".join([self.status.sentence(language, **details), *table(head, rows, language)])
+        return "\n".join([self.status.sentence(language, **details), *table(head, rows, language, joint_units(columns))])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data: status, and the numbers of each profile."""
