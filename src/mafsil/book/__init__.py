@@ -1,4 +1,4 @@
-"""The book, live: its figures, worked examples and remarks by their numbers, computed and drawn anew.
+"""The textbook, live: its figures, worked examples and remarks by number, computed and drawn on request.
 
 call      mf.book.figure('2.5'), mf.book.example('2.4'), mafsil book
 computed  `entry` is their shape; `chapter_2` to `chapter_10` hold figures, `examples_of_robots` and

@@ -7,7 +7,7 @@ from mafsil.report import compare_results
 
 
 def diff(before: str, after: str) -> Answer:
-    """What changed between the results of two runs.
+    """The differences between the results of two runs.
 
     Args:
         before: folder of the first, or its results.json.

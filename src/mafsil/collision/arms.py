@@ -32,7 +32,7 @@ else:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ArmMount:
-    """An arm and where it stands.
+    """An arm and its base pose.
 
     Attributes:
         name: how answers call it; its bodies are "name/link".
@@ -53,7 +53,7 @@ class ArmMount:
 
 
 class MultiArmCell(Checker):
-    """Several arms in a scene: all that a `Checker` answers, of the coordinates of all arms, one after the other.
+    """Several arms in a scene: a `Checker` of the coordinates of all arms, one after the other.
 
     Every body of one arm is checked against every body of the others: no such pair is ever left out.
 

@@ -37,7 +37,7 @@ MOST_CONTACTS = 200
 
 
 class Checker(ArmInScene):
-    """An arm in a scene, laid out for many questions.
+    """The collision checker of an arm in a scene, prepared for many queries.
 
     Args:
         robot: a Robot, a Mechanism, a library name or a path.
@@ -296,7 +296,7 @@ class PathStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PathCheck(Answer, data="at q states contacts"):
-    """A motion and what it meets; true if it is proved free, every moment of it.
+    """The continuous collision check of a motion; true if the whole motion is proved collision-free.
 
     Attributes:
         status: free; colliding; touching: something comes within a micrometre of the clearance, which is not called

@@ -26,7 +26,7 @@ else:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Obstacle:
-    """A geometry that stands somewhere.
+    """A geometry at a pose.
 
     Attributes:
         geometry: what it is: `Box`, `Sphere`, `Cylinder`, `Capsule`, `Cone`, `Plane`, `ConvexHull`, `TriangleMesh`,

@@ -44,7 +44,7 @@ Arms are mounted, measured and driven within about a millimetre; a smaller gap i
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ContactPair:
-    """A body of the arm and what it meets, or comes nearest to.
+    """A body of the arm and the body that it collides with, or is closest to.
 
     Attributes:
         first: name of the body.
@@ -85,7 +85,7 @@ class ContactPair:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CollisionCheck(Answer, data="q clearance contacts"):
-    """What an arm meets at a configuration; true if it is free.
+    """Collisions of an arm at a configuration; true if it is collision-free.
 
     Attributes:
         status: free; alone (there is nothing to meet); colliding.

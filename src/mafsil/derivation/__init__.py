@@ -1,4 +1,4 @@
-"""Derivations a teacher accepts: numbered steps in letters, every line compared with the compiled robot.
+"""Derivations in numbered steps with symbols, every line compared with the compiled robot.
 
 call      robot.derive('jacobian'), mafsil derive, mafsil check-homework
 computed  `fk`, `jacobian`, `lagrange`, `dynamics`, `ik` write the steps; `formula_text`, `latex`, `html` show

@@ -35,7 +35,7 @@ li { margin: 1.2rem 0; } .checked { border-inline-start: 4px solid #2f9e57; padd
 
 
 def to_html(derivation: Derivation, language: str | None = None) -> str:
-    """A complete page that asks the network for nothing.
+    """The derivation as a self-contained HTML page.
 
     Args:
         derivation: checked.

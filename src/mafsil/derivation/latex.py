@@ -51,7 +51,7 @@ _LANGUAGES = {"en": "english", "ar": "arabic"}
 
 
 def to_latex(derivation: Derivation, language: str | None = None) -> str:
-    """A complete document.
+    """The derivation as a LaTeX document.
 
     Args:
         derivation: checked.

@@ -24,7 +24,7 @@ NAMED = ("trajectory", "amplifier", "actuator", "arm", "sensors", "delay")
 
 
 def plot_block_diagram(diagram: BlockDiagram, path: str | PathLike[str], *, language: str | None = None) -> None:
-    """Draw the blocks in columns, the arrows between them, what comes back below.
+    """Draw a block diagram: blocks in columns, arrows between them, feedback below.
 
     Args:
         diagram: of `mafsil.control.block_diagram`.

@@ -29,7 +29,7 @@ _AXES = ("#d33f3a", "#2f9e57", "#2f6fd0")
 
 @of_any_mechanism
 def plot_mechanism(mechanism: Mechanism, path: str | PathLike[str], q: ArrayLike | None = None) -> Any:
-    """Draw a robot into a file.
+    """Draw a robot into a picture file.
 
     Args:
         mechanism: what to draw.

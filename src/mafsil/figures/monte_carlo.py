@@ -17,7 +17,7 @@ from mafsil.simulation.variation import drawn_name
 
 
 def plot_monte_carlo(result: MonteCarlo, path: str | PathLike[str], *, language: str | None = None) -> None:
-    """Draw the share of runs over the largest tip error, and that error over the drawn number that goes most with it.
+    """Draw the distribution of the largest tip error, and that error over the variable that it correlates with most.
 
     Args:
         result: of `mafsil.simulation.monte_carlo`.

@@ -120,7 +120,7 @@ def draw_two_frames(T_ab: PoseMatrix, given: Floats, *, is_wrench: bool) -> Any:
 
 
 def plot_space_velocity(T_sb: ArrayLike, V_s: ArrayLike, path: str | PathLike[str]) -> None:
-    """Draw what v_s means: the body thought without limits, and the velocity of its point at the origin of {s}.
+    """Draw the meaning of v_s: the velocity of the body's point at the origin of {s}.
 
     Args:
         T_sb: (4, 4) pose of the body.

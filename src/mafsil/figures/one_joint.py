@@ -162,7 +162,7 @@ def plot_joint_runs(runs: Mapping[str, JointRun], path: str | PathLike[str], *, 
 def plot_friction_laws(
     laws: Mapping[str, SpeedFriction], path: str | PathLike[str], *, speed: float = 1.0, language: str | None = None
 ) -> None:
-    """Draw friction over speed, with all that it can be at rest as a line upright.
+    """Draw friction over speed, with its interval at rest as a vertical line.
 
     Args:
         laws: by the names that the legend gives them, each of one joint; at most six.

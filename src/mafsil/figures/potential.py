@@ -89,7 +89,7 @@ def plot_configuration_space(
     way: ArrayLike | None = None,
     language: str | None = None,
 ) -> None:
-    """Draw which configurations each obstacle forbids, every link counting; of three joints in slices.
+    """Draw the configuration-space obstacles of an arm, in slices for three joints.
 
     Args:
         arm: among polygons, or any arm in its scene.

@@ -36,7 +36,7 @@ def plot_search(
     seconds: float = 10.0,
     language: str | None = None,
 ) -> None:
-    """Draw a search that repeats itself slowly: free edges, refused ones, and the path.
+    """Animate a search: free edges, edges in collision, and the path.
 
     A problem of two coordinates is drawn over its free configurations; an arm by its tip seen from above.
 

@@ -108,7 +108,7 @@ def _faces(axes: Any, faces: list[Floats], colour: str, opacity: float) -> None:
 def plot_virtual_impedance(
     impedance: Impedance, path: str | PathLike[str], *, push: float = 1.0, language: str | None = None
 ) -> None:
-    """Draw what a hand feels of a device of one direction: mass, spring and damper, and how they answer a push.
+    """Draw the virtual impedance of a haptic device in one direction and its response to a push.
 
     Args:
         impedance: of one direction, with a mass.

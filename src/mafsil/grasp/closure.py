@@ -164,7 +164,7 @@ def closure(
     transform: Floats | None = None,
     margins: bool = True,
 ) -> Closure:
-    """Do the columns span the whole space with positive weights?
+    """Force closure of a set of wrenches: whether the columns positively span the space.
 
     1. The compiled simplex method decides all but those that are nearly on the boundary.
     2. Columns that are flat, or at most as many as rows, are a no with a certificate from their singular values.

@@ -118,7 +118,7 @@ def margin(force: ArrayLike, mu: ArrayLike, normal: ArrayLike = (0.0, 0.0, 1.0))
 
 
 def contact_state(force: ArrayLike, mu: float, normal: ArrayLike = (0.0, 0.0, 1.0)) -> ContactState:
-    """Does a contact stick, slip, or is it asked to pull? |f_t| <= mu f_n with f_n >= 0.
+    """Whether a contact sticks, slips or would have to pull: |f_t| <= mu f_n with f_n >= 0.
 
     Args:
         force: (d,) force on the body [N].

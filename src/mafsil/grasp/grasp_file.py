@@ -21,7 +21,7 @@ LARGEST_FILE = 1_000_000
 
 @dataclass(frozen=True, eq=False)
 class GraspFile:
-    """What a file says.
+    """The contents of a grasp file.
 
     Attributes:
         grasp: the contacts.

@@ -34,7 +34,7 @@ class RobustnessStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Robustness(Answer, data="proven probability low high samples"):
-    """How a grasp fares when its contacts are off: true if it closes with a margin.
+    """Robustness of a grasp to errors of its contacts; true if it closes with a margin.
 
     Attributes:
         proven: closure is certain as long as no wrench of unit push changes by more than this (moments divided by

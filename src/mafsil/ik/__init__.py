@@ -1,4 +1,4 @@
-"""Inverse kinematics: joint vectors that bring a frame to a desired pose, with honest verdicts.
+"""Inverse kinematics: all solutions, nearest solutions, redundancy, singular poses, and why a pose has none.
 
 call      robot.ik, robot.ik_all, mf.inverse_kinematics (all solutions), mf.solve_ik (one, any task)
 computed  `inverse` chooses: `structure.recognise` finds closed forms, `general.solver` eliminates,

@@ -34,7 +34,7 @@ LEAP = 0.3
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Continuation(Answer, entries="answer"):
-    """What became of the branches of the nearest ideal arm: the solutions of the arm itself, true if one is allowed.
+    """Solutions of an arm by the branches of the nearest ideal arm; true if one is within the limits.
 
     Attributes:
         answer: solutions of the arm itself; `complete` where elimination proves that there are no others.

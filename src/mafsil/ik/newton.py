@@ -26,7 +26,7 @@ ResidualForm = Literal["twist", "euler"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NewtonRecord(Answer, data="q iterates differences ranks", entries="iterates"):
-    """How Newton's method went: true if it converged; its members are the iterates.
+    """The iterates of Newton's method; true if it converged.
 
     Attributes:
         q: (n,) the last iterate.

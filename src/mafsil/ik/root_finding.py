@@ -45,7 +45,7 @@ class RootStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RootRecord(Answer, data="x iterates values ranks", entries="iterates"):
-    """The record of an iteration: true if it converged; its members are the iterates.
+    """The iterates of a root search; true if it converged.
 
     Attributes:
         x: (n,) the last iterate.

@@ -145,7 +145,7 @@ class LawResult:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LawBench(Answer, entries="results", data="laws=results"):
-    """All laws on one job; true if each did it, iterable over the results, the smallest error first.
+    """Control laws compared on one job; true if each did it, iterable over the results, the smallest error first.
 
     Attributes:
         results: of the laws.
@@ -198,7 +198,7 @@ def bench_laws(
     kinds: Sequence[str] | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> LawBench:
-    """Drive a planned job with several laws, each as it is asked and under four conditions that no law is told of.
+    """Simulate a planned job under several control laws, nominally and under four unmodelled conditions.
 
     Laws get the gains that the job gives them, else those that fit the arm; computed torque then the natural frequency
     that the others ask for, so that bandwidths are alike. `heavier`: all masses are 20 per cent larger; `loaded`: a

@@ -53,7 +53,7 @@ class Remark:
 
 @dataclass(frozen=True, slots=True)
 class Refusal(Answer):
-    """An honest no: the job is well written, but the robot cannot do it. False, and empty.
+    """A well-formed job that the robot cannot do; false, and empty.
 
     Attributes:
         key: of the sentence.

@@ -30,7 +30,7 @@ MOST_SHOWN = 20
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Run(Answer, entries="remarks"):
-    """Everything that a report needs. True where the job was done without a failure; its items are its remarks.
+    """The result of a job; true if it was done without a failure, iterable over its findings.
 
     Attributes:
         job: what was asked.

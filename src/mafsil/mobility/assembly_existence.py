@@ -44,7 +44,7 @@ class ExistenceStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Existence(Answer, data="theta gap loop excess joint distance angle"):
-    """Whether all loops can be closed at once; true if coordinates that do were found.
+    """Whether all loops can be closed at once; true if such coordinates were found.
 
     Attributes:
         status: exists; impossible, proven by the lengths of a loop; not found, which proves nothing.
@@ -74,7 +74,7 @@ class Existence(Answer, data="theta gap loop excess joint distance angle"):
 
 @on_linkage
 def can_assemble(linkage: Linkage, *, starts: int = 256, seed: int = 0) -> Existence:
-    """Whether the links of a linkage can meet in all its joints.
+    """Whether a linkage can be assembled.
 
     1. Newton's method from the drawing.
     2. A loop of hinges, universal and spherical joints is a polygon of fixed sides: if one is longer than the others

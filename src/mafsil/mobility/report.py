@@ -193,7 +193,7 @@ class Mobility(
 def mobility(
     source: LinkageLike, q: ArrayLike | None = None, *, rule: str | None = None, play: float = 0.0, seed: int = 0
 ) -> Mobility:
-    """How a mechanism can move: counted, by rank at a configuration, finite; with the reasons where they differ.
+    """Mobility of a mechanism by count, by rank at a configuration, and finite, with the reasons where they differ.
 
     Args:
         source: a Linkage, a Mechanism, a Robot, a library name, a file of a robot or of bodies and joints.

@@ -20,7 +20,7 @@ Inertia = Callable[[Floats], ArrayLike]
 
 
 class Desired(NamedTuple):
-    """What is wanted now, each (n,) or a number."""
+    """The reference at one time, each (n,) or a number."""
 
     theta: ArrayLike
     speed: ArrayLike = 0.0

@@ -35,7 +35,7 @@ class RunStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JointRun(RowAnswer):
-    """What happened; true if every row was completed.
+    """A simulated motion of a joint; true if every row was completed.
 
     Attributes:
         verdict: (*batch) which of `statuses`.
@@ -87,7 +87,7 @@ class JointRun(RowAnswer):
 
 @dataclass(frozen=True)
 class LoopConditions:
-    """What stands between a law and its joint in a sampled loop.
+    """Sampling, delay and sensing between a law and its joint.
 
     Attributes:
         torque_limit: of the drive, a number or (*batch) [N m].

@@ -22,7 +22,7 @@ BISECTIONS = 80
 
 
 class Damping(IntEnum):
-    """How the error dies out."""
+    """The kind of decay of the error."""
 
     UNDERDAMPED = 0
     CRITICALLY_DAMPED = 1

@@ -26,7 +26,7 @@ HEIGHT = 720
 
 @dataclass(frozen=True, eq=False)
 class Page:
-    """A robot to be moved in a browser.
+    """The interactive page of a robot.
 
     Attributes:
         robot: what is shown.
@@ -74,7 +74,7 @@ class Page:
 
 
 def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str | os.PathLike[str]] = ()) -> Page:
-    """The arm with sliders, all branches, its Jacobian, its loads and a closed loop, to be moved in a browser.
+    """Interactive page of a robot: sliders, inverse kinematics, Jacobian, loads, closed-loop simulation.
 
     In a notebook the page appears under the cell; `show(robot).open()` shows it in the browser,
     `show(robot).write("panda.html")` makes a file to hand in. Everything that is done there is a line of Python that

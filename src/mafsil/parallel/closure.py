@@ -107,7 +107,7 @@ def kernel(M: Floats, scale: float | None = None) -> Floats:
 
 
 def driven_rates(H: ArrayLike, driven: Sequence[int], rank: int | None = None) -> DrivenRates:
-    """What driving some joints makes of the others, at one configuration.
+    """Rates of the passive joints for chosen driven joints, at one configuration.
 
     Args:
         H: (m, n) matrix of the loops, H q' = 0.

@@ -52,7 +52,7 @@ class LoopSingularities(
     entries="findings",
     data="findings rank full_rank second_order blocked driven=driven.driven",
 ):
-    """What is singular about one configuration; true if nothing is, iterable over the findings.
+    """Singularities of one configuration of a closed chain; true if there are none, iterable over the findings.
 
     Attributes:
         findings: all that was found, the loops first; REGULAR alone if nothing.

@@ -1,4 +1,4 @@
-"""Planning: paths that meet nothing, among polygons, for arms, in any number of coordinates; several robots in time.
+"""Planning: collision-free paths of arms, among polygons, in any number of coordinates; several robots in time.
 
 call      mf.plan(robot, obstacles, start, goal), mf.optimal_base_placement; mafsil plan
 computed  `arm_planning` asks `arm_search`, then `pipeline`; `path_constraints` keep a tool upright,

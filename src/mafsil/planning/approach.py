@@ -48,7 +48,7 @@ class Branch:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ApproachPlan(Answer, data="path fine deviation"):
-    """A gross motion and a fine one, or why there is none; true if there are both.
+    """A gross motion and a straight approach, or why there is none; true if there are both.
 
     Attributes:
         status: how it ended.

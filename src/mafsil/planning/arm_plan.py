@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ArmPlan(Plan):
-    """A path of an arm among obstacles, each of its motions proved free; or why there is none.
+    """A verified collision-free path of an arm, or why there is none.
 
     Attributes:
         checker: the arm in its scene.

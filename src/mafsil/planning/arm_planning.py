@@ -84,7 +84,7 @@ def plan(
     active_joints: Iterable[str] | None = None,
     degrees: bool = False,
 ) -> ArmPlan:
-    """A path of an arm from a configuration to a goal, each straight motion of it proved free of collisions.
+    """A collision-free path of an arm from a configuration to a goal; every segment is verified continuously.
 
     1. Poses become configurations: all solutions of the inverse kinematics within the limits. A start or goal that is
        beyond a limit by no more than 1e-5 rad or m, as measured ones are, is planned for from the limit; the way to it

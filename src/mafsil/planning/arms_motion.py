@@ -30,7 +30,7 @@ Places: TypeAlias = Callable[[Floats], Floats]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TimedArm:
-    """One arm in time: moving and resting by turns.
+    """The timed motion of one arm, with waits.
 
     Attributes:
         parts: its motions, rests among them, one after the other.
@@ -82,7 +82,7 @@ class TimedArm:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ArmsMotion(Answer):
-    """A motion in time for each of several arms, free at every moment by proof; or why there is none.
+    """A timed motion for each of several arms, verified collision-free at every time; or why there is none.
 
     Attributes:
         status: how it ended.

@@ -48,7 +48,7 @@ def optimal_base_placement(
     refinements: int = 3,
     seed: int = 0,
 ) -> BasePlacement:
-    """The base pose from which an arm reaches all targets best, among a grid of them; what each misses, and why.
+    """The best base pose of a grid for reaching all targets, and what each other one misses, and why.
 
     1. Base poses: a grid over the region, the heights, and yaws all round; those whose base stands in something go.
     2. For each, all solutions of the inverse kinematics for all targets; those within the limits and free of collision

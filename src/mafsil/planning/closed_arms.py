@@ -31,7 +31,7 @@ KINDS = (JointKind.SPHERICAL, JointKind.REVOLUTE, JointKind.FIXED)
 
 
 def loop_constraints(mechanism: Mechanism, tolerance: float = TOLERANCE) -> tuple[LoopClosed, ...]:
-    """What a path keeps so that the loops of a mechanism stay closed: points of two links on each other.
+    """Path constraints that keep the loops of a mechanism closed: coincident points of two links.
 
     A ball joint keeps one point, a hinge two on its axis, a fixed joint three. Between two configurations of a path
     they may part by the tolerance; at them they are closed to a ten-millionth of it.

@@ -20,7 +20,7 @@ MOST_PAINTED = 3
 
 @dataclass(frozen=True, eq=False)
 class PlanarArm:
-    """Links as segments in the plane, of some thickness, that turn at their ends; the whole arm is looked at.
+    """A planar arm of thick segments with revolute joints; the whole arm is checked.
 
     Attributes:
         lengths: (n,) of the links [m].

@@ -63,7 +63,7 @@ class Coordination(Answer, data="t shares reached"):
 def coordinate_robots(
     collides: Collides, durations: tuple[float, float], *, cells: int = 200, priority: bool = False
 ) -> Coordination:
-    """Two robots on their paths, each at full speed or waiting: the coordination diagram, and the quickest way through.
+    """The coordination diagram of two robots on fixed paths, and the fastest schedule.
 
     1. Where they meet, on a grid of both shares.
     2. Steps in time: both go, one goes, the other goes; the first way to the far corner is the quickest of the grid.
@@ -93,7 +93,7 @@ def coordinate_robots(
 def avoid_moving_obstacles(
     collides: Collides, duration: float, horizon: float, *, cells: int = 200, backwards: bool = False
 ) -> Coordination:
-    """One robot on its path among obstacles that move as is known: in path and time.
+    """Path-time planning of one robot among obstacles with known motions.
 
     Args:
         collides: (k,) shares, (k,) times [s] -> bools.

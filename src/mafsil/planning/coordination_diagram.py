@@ -30,7 +30,7 @@ UNKNOWN_SPEED = 1.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BlockedArm:
-    """An arm that cannot go on.
+    """An arm in a deadlock.
 
     Attributes:
         arm: its name.
@@ -52,7 +52,7 @@ class BlockedArm:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CoordinatedPlan(ArmPlan):
-    """A path of all coordinates on which each arm keeps to its own path, proved free; or why there is none.
+    """A verified path of all coordinates on which each arm keeps to its own path; or why there is none.
 
     Attributes:
         names: of the two arms; rows of the diagram belong to the first.
@@ -98,7 +98,7 @@ class _Pieces:
 def coordinate_arms(
     cell: MultiArmCell, paths: Mapping[str, ArrayLike | ArmPlan], *, cells: int = 100, shortcut_iterations: bool = True
 ) -> CoordinatedPlan:
-    """Two arms on given paths, neither leaving its own nor going back: who waits where, or the deadlock.
+    """Coordination of two arms on fixed paths without backing up: which waits where, or the deadlock.
 
     1. Each path has to be free without the other arm; it is cut into pieces of about equal time at full speed.
     2. Cells of the diagram are proved free or full where they can be.

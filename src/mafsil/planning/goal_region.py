@@ -18,7 +18,7 @@ MOST_POSES = 10_000
 
 @dataclass(frozen=True, eq=False, slots=True)
 class GoalRegion:
-    """Poses of the tip near one of them; a planner may end at any that it is given.
+    """A goal region: poses of the tip near a nominal one.
 
     Attributes:
         T: (4, 4) the pose in the middle, in {s}.

@@ -58,7 +58,7 @@ class Constraint(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Upright:
-    """An axis of a frame stays within an angle of a direction.
+    """Path constraint: an axis of a frame stays within an angle of a direction.
 
     Attributes:
         angle: largest [rad], above 0, below pi.
@@ -98,7 +98,7 @@ class Upright:
 
 @dataclass(frozen=True, eq=False)
 class FixedOrientation:
-    """The orientation of a frame stays.
+    """Path constraint: the orientation of a frame is constant.
 
     Attributes:
         R: (3, 3) in {s}; that of the start if None.
@@ -155,7 +155,7 @@ class _Place:
 
 @dataclass(frozen=True, eq=False)
 class OnLine(_Place):
-    """A point of a frame stays on a straight line.
+    """Path constraint: a point of a frame stays on a straight line.
 
     Attributes:
         direction: (3,) of the line, in {s}.
@@ -181,7 +181,7 @@ class OnLine(_Place):
 
 @dataclass(frozen=True, eq=False)
 class InPlane(_Place):
-    """A point of a frame stays in a plane.
+    """Path constraint: a point of a frame stays in a plane.
 
     Attributes:
         normal: (3,) of the plane, in {s}.

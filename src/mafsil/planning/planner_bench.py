@@ -32,7 +32,7 @@ from mafsil.planning.search import PLANNERS
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Query:
-    """One question: a path from here to there.
+    """A planning query: start, goal and problem.
 
     Attributes:
         name: of it.
@@ -80,7 +80,7 @@ class Query:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlannerResult:
-    """What one planner made of all questions.
+    """The results of one planner on all queries.
 
     Attributes:
         planner: its name.
@@ -122,7 +122,7 @@ class PlannerResult:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlannerBench(Answer, entries="results", data="queries seeds planners=results interrupted"):
-    """All planners on the same questions; true if each solved all, iterable over the results.
+    """Planners compared on the same queries; true if each solved all, iterable over the results.
 
     Those that solved most come first, among equals the quicker ones.
 
@@ -187,7 +187,7 @@ def bench_planners(
     shortcut_iterations: bool = True,
     progress: Callable[[float], None] = lambda share: None,
 ) -> PlannerBench:
-    """Ask several planners the same questions, each with the same seeds and the same budget.
+    """Compare planners on the same queries with the same seeds and budget.
 
     A planner of one's own takes part by its row in `mafsil.planning.PLANNERS`. Planners that improve while there is
     time use all of it.
@@ -264,7 +264,7 @@ def _clearance(query: Query, found: Plan) -> float:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SearchLog:
-    """What a search looked at.
+    """The edges and nodes that a search examined.
 
     Attributes:
         query: what was asked.
@@ -291,7 +291,7 @@ class _Edges:
 def log_search(
     query: Query, planner: str = "rrt_connect", *, seed: int = 0, seconds: float = 10.0, max_nodes: int = 2000
 ) -> SearchLog:
-    """Run a planner and note every edge that it asks for.
+    """Run a planner and record every edge that it examines.
 
     Planners of `PLANNERS` can be watched, one's own too; those that run compiled (`ARM_PLANNERS`) are watched in the
     form that they have there.

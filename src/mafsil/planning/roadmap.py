@@ -36,7 +36,7 @@ SHORTCUTS = 30
 
 
 class ArmRoadmap:
-    """Free configurations of an arm and proved motions between them, kept from question to question.
+    """A roadmap of an arm: collision-free configurations and verified edges, reused between queries.
 
     Memory: 8 (n + 2) bytes a node and 40 bytes an edge, some 30 edges a node at 10,000 nodes of 7 joints.
 

@@ -33,7 +33,7 @@ ROADMAP = 200
 
 @dataclass(frozen=True, slots=True)
 class SearchBudget:
-    """What a search may use; equal seeds give equal searches where the time does not end them.
+    """Limits of a search; equal seeds give equal searches unless time ends them.
 
     Attributes:
         rng: source of samples.

@@ -69,7 +69,7 @@ class Change:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ResultsComparison(Answer, data="numbers gone new job versions"):
-    """What changed from one result to another; true if nothing did.
+    """The differences between two results; true if there are none.
 
     Attributes:
         status: SAME or DIFFERENT.
@@ -99,7 +99,7 @@ class ResultsComparison(Answer, data="numbers gone new job versions"):
 
 
 def compare_results(before: str | Path, after: str | Path) -> ResultsComparison:
-    """What changed between the results of two runs.
+    """The differences between the results of two runs.
 
     Moves are matched by name and kind in their order, joints by name.
 

@@ -216,7 +216,7 @@ class Description:
         return type(self)(self.mechanism.with_locked_joints(coordinates))
 
     def without_loops(self) -> Self:
-        """The open tree of a robot with loops: whoever wants the tree's numbers asks for them in this way."""
+        """The open tree of a robot with loops."""
         return type(self)(self.mechanism.without_loops())
 
     def save(self, path: str | PathLike[str], *, without: Collection[str] = ()) -> tuple[Loss, ...]:

@@ -28,7 +28,7 @@ MOST_COLOURS = 16
 
 
 class Drawing:
-    """What is drawn of a mechanism; files are read once.
+    """The drawing of a mechanism; files are read once.
 
     Attributes:
         mechanism: the robot.

@@ -1,4 +1,4 @@
-"""Closed loops in time: plant, law, disturbances, and the recording they leave.
+"""Simulation in closed loop: plant, control law, disturbances, recordings.
 
 call      mf.simulate(robot, law, ...), mf.simulation.monte_carlo
 computed  `loop` drives `plant` by a law, `fused` in one compiled loop; `rigid_run` meets surfaces, `closed_plant`

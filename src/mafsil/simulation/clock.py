@@ -24,7 +24,7 @@ class DeadlineStatus(Status):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Deadlines(Answer):
-    """What a run against the clock kept and what it missed; true if it kept every deadline.
+    """Deadlines of a real-time run, kept and missed; true if all were kept.
 
     Attributes:
         law: name of the law.

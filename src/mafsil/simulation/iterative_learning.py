@@ -82,7 +82,7 @@ class LearningRun(Answer, data="error effort period", entries="passes"):
 
 
 def iterative_learning(scenario: Scenario, passes: int = 8, *, gain: float = 1.0, cutoff: float = 20.0) -> LearningRun:
-    """Run a scenario several times, what its feedback had to add becoming feedforward of the next pass.
+    """Iterative learning control: the feedback of each pass is added to the feedforward of the next.
 
     1. A pass with the law and what was learned.
     2. What the law commanded beyond that, and beyond what it commands where there is no error (its model), is feedback;

@@ -53,7 +53,7 @@ Spread: TypeAlias = Uniform | Normal | tuple[float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Variation:
-    """What differs from run to run; what is None does not.
+    """Random variation between runs; None means no variation.
 
     Attributes:
         payload: mass at the tip that the law does not know [kg].
@@ -84,7 +84,7 @@ class Variation:
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class Variants:
-    """What was drawn for b runs; None where all are alike.
+    """The values drawn for b runs; None where all are alike.
 
     Attributes:
         count: b.

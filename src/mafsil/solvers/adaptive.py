@@ -72,7 +72,7 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """What an integration may cost.
+    """The budget of an integration.
 
     Attributes:
         steps: accepted and rejected ones together.

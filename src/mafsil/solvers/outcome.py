@@ -23,7 +23,7 @@ class SolverStatus(Status):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Outcome(Answer, Generic[Value], data="value residual iterations details"):
-    """What a solver hands back: one answer, true if it succeeded.
+    """The result of a solver; true if it succeeded.
 
     Attributes:
         value: the answer, or the best that was reached.

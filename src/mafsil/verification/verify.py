@@ -44,7 +44,7 @@ def verify(
     seed: int = 0,
     limit: float = LIMIT,
 ) -> Verification:
-    """Every routine of the robot against a second method for the same number, at random states.
+    """Compare every routine of the robot with a second method for the same number, at random states.
 
     The methods are the textbooks' formulas in NumPy (sums over links, virtual work, energies and Jacobians
     differentiated by the complex step, the recursion of Newton and Euler), which share no code with the routines.

@@ -1,4 +1,4 @@
-"""Judging control laws: gains, stability, linear models, coupling, worst cases, diagrams, which law suits, sources."""
+"""Analysis of control laws: gains, stability, linearisation, coupling, robustness, block diagrams, choice of a law."""
 
 from mafsil.lazy_module import face
 

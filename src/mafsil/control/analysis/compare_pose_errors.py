@@ -30,7 +30,7 @@ SETTLED = 0.02
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PoseErrorResponse:
-    """How a tip comes to a pose with one error.
+    """The motion of a tip to a set point under one definition of the pose error.
 
     Attributes:
         axes: of the error: `decoupled`, `body`, `space`, or a sequence of angles.
@@ -79,7 +79,7 @@ def compare_pose_errors(
     damping_ratio: ArrayLike = 1.0,
     duration: float | None = None,
 ) -> tuple[PoseErrorResponse, ...]:
-    """The ways of a tip from rest to a pose that it should hold, under dV/dt = Kp X_e + Kd V_e, for each error X_e.
+    """Compare pose errors X_e: motions of a tip from rest to a set point under dV/dt = Kp X_e + Kd V_e.
 
     Computed torque of the tip with a right model makes any arm move so. With `decoupled` the origin goes straight and
     the rotation the shortest way, each for itself. With `body` and `space` and gains that are numbers both follow the

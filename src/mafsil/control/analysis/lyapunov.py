@@ -70,7 +70,7 @@ def energy_certificate(
     *,
     viscous: ArrayLike = 0.0,
 ) -> EnergyCertificate:
-    """The energy of a set point under PD with gravity compensation, along a motion.
+    """The Lyapunov function of PD control with gravity compensation, along a motion.
 
     Args:
         robot: its model, whose gravity the law compensates exactly.

@@ -26,7 +26,7 @@ ROTORS, DRY = 0.5, 0.1
 
 
 class RecommendedController(Status):
-    """Which family of laws a task needs, or why none can do it."""
+    """The family of control laws for a task, or why there is none."""
 
     MOTION = ("control.suits_motion", True)
     FORCE = ("control.suits_force", True)
@@ -76,7 +76,7 @@ class Suitability(Answer, data="direction laws"):
 def recommend_controller(
     environment: Sequence[str], wanted: Sequence[str | Sequence[str]], names: Sequence[str] | None = None
 ) -> Suitability:
-    """The family of laws for a task, from what each direction meets and what is asked along it.
+    """The family of control laws for a task, by the environment and the goal along each direction.
 
     Motion and force along one direction cannot both be asked: the environment fixes the other.
 
@@ -133,7 +133,7 @@ def _require_words(name: str, words: Sequence[str], known: Sequence[str]) -> Non
 
 
 class RecommendedInteraction(Status):
-    """Which of the two realisations of an impedance an arm is made for."""
+    """Impedance or admittance control, by the arm's drive train."""
 
     IMPEDANCE = ("control.suits_impedance_control", True)
     ADMITTANCE = ("control.suits_admittance_control", True)
@@ -199,7 +199,7 @@ def recommend_interaction(robot: Robot, q: ArrayLike) -> Interaction:
 
 
 class ImpedanceClass(Status):
-    """What an impedance is to an environment."""
+    """The class of an impedance relative to an environment."""
 
     HIGH = ("control.impedance_high", True)
     LOW = ("control.impedance_low", True)
@@ -208,7 +208,7 @@ class ImpedanceClass(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RenderedImpedance(Answer, data="kept frequency"):
-    """How much of a wanted motion is kept against an environment, at one frequency.
+    """The fraction of a wanted motion that remains against an environment, at one frequency.
 
     Attributes:
         status: HIGH, a source of motion; LOW, a source of force; BETWEEN.

@@ -37,7 +37,7 @@ feedback that comes late makes no motion of the arm that dies faster than e^-1 w
 
 
 class GainLimit(Status):
-    """What limits the gains of a card."""
+    """The cause that limits a gain."""
 
     SAMPLING = ("control.gain_sampling", True)
     DELAY = ("control.gain_delay", True)

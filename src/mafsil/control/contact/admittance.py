@@ -140,7 +140,7 @@ def admittance_control(
     own_state: bool = True,
     shift_acceleration: bool = False,
 ) -> AdmittanceControl:
-    """The tip moves as a mass, damper and spring would under the force that is sensed.
+    """Admittance control: the tip moves as a mass, damper and spring under the measured force.
 
     Suited to geared, stiff arms; renders high impedances well.
 
@@ -173,7 +173,7 @@ def admittance_control(
 
 
 class EffectiveImpedance(NamedTuple):
-    """What an admittance step of a period feels like when its tracking has gains."""
+    """The effective impedance of a sampled admittance loop with imperfect tracking."""
 
     inertia: float
     damping: float

@@ -253,7 +253,7 @@ def selection(
 
 
 class ContactMode(Status):
-    """What a contact with friction lets the tip do."""
+    """The mode of a contact with friction."""
 
     FREE = ("control.contact_free", False)
     SLIDING = ("control.contact_sliding", True)

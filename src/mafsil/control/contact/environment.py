@@ -137,7 +137,7 @@ class SpringDamper:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CombinedEnvironment:
-    """Several things that a tip may touch; their wrenches add up.
+    """Several environments at once; their wrenches add up.
 
     Attributes:
         parts: walls, springs, or any environments.

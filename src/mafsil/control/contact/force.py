@@ -112,7 +112,7 @@ def force_control(
     damping: ArrayLike = 0.0,
     clamp: ArrayLike = np.inf,
 ) -> ForceControl:
-    """The tip exerts a wrench on what it touches; sensible only where the environment resists in every direction.
+    """Force control of a tip whose environment resists in every direction.
 
     Args:
         robot: its model.

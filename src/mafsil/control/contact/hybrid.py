@@ -170,7 +170,7 @@ def hybrid_control(
     force_kp: ArrayLike = 0.0,
     force_ki: ArrayLike = 0.0,
 ) -> HybridControl:
-    """Motion where the tip is free, force where the environment blocks it.
+    """Hybrid control: motion along the free directions, force along the constrained ones.
 
     Args:
         robot: the model.

@@ -27,7 +27,7 @@ class HybridStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class HybridCertificate(Answer, data="t motion force motion_share force_share slowest_root force_radius"):
-    """How far the errors of a hybrid law departed from their equations along a motion; true if they obeyed stable ones.
+    """Residuals of the error equations of hybrid control along a motion; true if the errors obeyed stable ones.
 
     Attributes:
         status: OBEYED, DEPARTED or UNSTABLE.

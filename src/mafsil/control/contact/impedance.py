@@ -145,7 +145,7 @@ class Impedance:
 
 
 class ImpedanceAsymptotes(NamedTuple):
-    """What an impedance tends to, (*k, m, m) each, in the units of Z.
+    """Low- and high-frequency asymptotes of an impedance, (*k, m, m) each, in the units of Z.
 
     Attributes:
         spring: K, of slow motions.

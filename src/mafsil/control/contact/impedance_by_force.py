@@ -117,7 +117,7 @@ def impedance_by_force(
     acceleration: TaskForceSensor | None = None,
     clamp: float = np.inf,
 ) -> ImpedanceByForce:
-    """The tip as mass, damper and spring, by feedback of the force that it exerts: right also with a wrong model.
+    """Impedance control with force feedback, exact despite errors of the model.
 
     Args:
         robot: the model.

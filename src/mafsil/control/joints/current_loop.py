@@ -58,7 +58,7 @@ class _Following:
 
 
 def current_loop(law: Law | LawFunction, bandwidth: float) -> CurrentLoopLaw:
-    """A law whose torques pass an inner loop.
+    """A law whose torques pass through an inner current loop.
 
     Args:
         law: that commands torques; a function of (t, q, qd, reference) too.

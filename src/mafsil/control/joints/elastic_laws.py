@@ -160,7 +160,7 @@ class SingularPerturbationControl:
 def singular_perturbation_control(
     arm: ElasticArm, law: Law | LawFunction, damping: ArrayLike
 ) -> SingularPerturbationControl:
-    """A law that was made for rigid joints, on elastic ones that are stiff: the springs' swing is damped at once.
+    """Singular perturbation control: a rigid-joint law on stiff elastic joints, with damping of their springs.
 
     Args:
         arm: the model.
@@ -258,7 +258,7 @@ def elastic_linearization(arm: ElasticArm, trajectory: Trajectory, *, rate: floa
 
 
 class ElasticState(NamedTuple):
-    """Where links and motors are, all at the joint: motor angles are divided by the gear ratio.
+    """Positions and rates of links and motors, all at the joint: motor angles are divided by the gear ratio.
 
     Attributes:
         q, qd: (*batch, n) of the links [rad | m] and per second.

@@ -16,7 +16,7 @@ from mafsil.trajectory import Motion
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EncoderLoop(LawWrapper):
-    """A law that sees its joints through encoders alone.
+    """A law that measures its joints by encoders alone.
 
     q_k = resolution round(q / resolution),  v_k = a v_{k-1} + (1 - a) (q_k - q_{k-1}) / dt,  a = exp(-dt / filter_time)
 

@@ -44,7 +44,7 @@ class FrictionCompensation:
 
 @of_robot
 def friction_compensation(robot: Robot) -> FrictionCompensation:
-    """The friction of the model along the reference, for laws that know none: `combined(law, ...)`.
+    """Friction compensation along the reference, for laws without a friction model: `combine(law, ...)`.
 
     Args:
         robot: the model.

@@ -125,7 +125,7 @@ def adaptive_control(
     learning: ArrayLike = 1.0,
     initial: ArrayLike | None = None,
 ) -> AdaptiveControl:
-    """A law that learns the mass, first moments and inertias of a payload while it follows a motion.
+    """Adaptive control: mass, first moments and inertia of a payload are estimated while a motion is tracked.
 
     Args:
         robot: the model without payload.

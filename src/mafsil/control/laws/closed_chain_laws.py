@@ -161,7 +161,7 @@ def closed_computed_torque(
 
 
 def closed_gravity_compensation(chain: ClosedChain, kp: ArrayLike, kd: ArrayLike) -> ClosedGravityCompensation:
-    """Springs and dampers at the driven joints of a closed chain, and what holds it up.
+    """PD control of the driven joints of a closed chain, with gravity compensation.
 
     Args:
         chain: the model.

@@ -126,7 +126,7 @@ class Integrating(Protocol):
 
 
 class LawMemory:
-    """What the laws of runs that follow each other hand on: each run goes on with what the last one remembers.
+    """The memory of laws across consecutive runs.
 
     Without it every run begins with fresh memory. An integral is handed on as what it adds to the efforts, so that it
     does not jump where the next law has other gains.

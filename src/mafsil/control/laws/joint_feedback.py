@@ -140,7 +140,7 @@ def _limits(n: int, given: ArrayLike | None) -> Floats | None:
 
 @of_robot
 def feedforward(robot: Robot, *, friction: bool = True) -> Feedforward:
-    """The efforts that the model needs for the reference; combine it with a feedback law.
+    """Feedforward: the model's efforts for the reference; combine it with a feedback law.
 
     Args:
         robot: the model.

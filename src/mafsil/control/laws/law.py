@@ -78,7 +78,7 @@ def as_law(law: Law | LawFunction, name: str = "law") -> Law:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LawWrapper:
-    """Something between a law and its arm: a law around another one, whose efforts or measured states it changes.
+    """A law around another one, whose efforts or measured states it changes.
 
     Attributes:
         law: inside.

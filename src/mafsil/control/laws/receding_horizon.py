@@ -129,7 +129,7 @@ def model_predictive(
     acceleration: ArrayLike = 0.01,
     effort_limit: ArrayLike | None = None,
 ) -> ModelPredictive:
-    """The law that looks a horizon ahead and keeps efforts within their limits.
+    """Model predictive control: a finite horizon, efforts within their limits.
 
     Args:
         robot: the model.

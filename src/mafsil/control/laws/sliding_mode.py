@@ -118,7 +118,7 @@ def sliding_mode(
     margin: ArrayLike = 1.0,
     width: ArrayLike = 0.02,
 ) -> SlidingMode:
-    """A law for an arm whose masses are known within a share.
+    """Sliding mode control of an arm whose masses are known within a fraction.
 
     Args:
         robot: the model.
@@ -191,7 +191,7 @@ class SlidingCertificate(Answer, data="t needed bound distance error error_bound
 def sliding_certificate(
     law: SlidingMode, arm: Robot, trajectory: Trajectory, t: ArrayLike, q: ArrayLike, qd: ArrayLike
 ) -> SlidingCertificate:
-    """The guarantee of a sliding mode held against the true arm, along a motion such as that of a recording.
+    """The guarantee of a sliding mode compared with the true arm along a motion, such as a recorded one.
 
     Args:
         law: whose bound is looked at.

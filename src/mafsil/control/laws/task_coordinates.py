@@ -28,7 +28,7 @@ class _Where(TypedDict, total=False):
 
 
 class TaskTarget(NamedTuple):
-    """What a tip should do at one time.
+    """The reference of a tip at one time.
 
     Attributes:
         pose: (4, 4) T_sd.

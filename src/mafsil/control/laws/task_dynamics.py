@@ -145,7 +145,7 @@ class NullSpaceFeedback:
 def null_space_feedback(
     robot: Robot, *, coordinates: TaskCoordinates | None = None, natural_frequency: ArrayLike = 2.0
 ) -> NullSpaceFeedback:
-    """Feedback of the joints in what the task leaves free; to be combined with a law of the tip.
+    """Joint feedback in the null space of a task; combine it with a task-space law.
 
     Args:
         robot: the model, with more joints than the task has coordinates.

@@ -59,7 +59,7 @@ class TipMotion:
 
 
 def hold_pose(T_sd: ArrayLike) -> TipReference:
-    """A pose to be held.
+    """The target of a tip that holds a pose.
 
     Args:
         T_sd: (4, 4) in {s}.
@@ -73,7 +73,7 @@ def hold_pose(T_sd: ArrayLike) -> TipReference:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TipOfJoints:
-    """What the tip does while the joints follow a trajectory; called with a time it gives a `TaskTarget`.
+    """The motion of the tip while the joints follow a trajectory; called with a time it gives a `TaskTarget`.
 
     V = J(u) v,  dV/dt = J(u) a + dJ/dt(u, v) v, with decoupled axes.
 

@@ -56,7 +56,7 @@ Source: TypeAlias = "str | PathLike[str] | Mechanism | Described"
 
 
 def lint(source: Source, *, packages: Iterable[str | Path] = ()) -> Report:
-    """All that is wrong or looks wrong in a description, with numbers, places and repairs.
+    """Errors and suspicious values of a robot description, each with its number, place and repair.
 
     Args:
         source: a robot, a mechanism, a file (URDF, xacro, MJCF, SDFormat, a table), or a name of the library.
@@ -89,7 +89,7 @@ def lint(source: Source, *, packages: Iterable[str | Path] = ()) -> Report:
 def repair(
     source: str | PathLike[str], *, packages: Iterable[str | Path] = (), only: Collection[str] = ()
 ) -> tuple[str, tuple[Change, ...]]:
-    """A corrected document, and what was changed in it; what has no repair that leaves no choice remains.
+    """A corrected document and its changes; findings with several possible repairs are left as they are.
 
     A repair never takes a freedom from the robot.
 

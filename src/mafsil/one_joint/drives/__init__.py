@@ -1,4 +1,4 @@
-"""What drives a joint: motors, gears, brakes, sensors, friction, backlash, elastic and variable transmissions."""
+"""Drives of a joint: motors, gears, brakes, sensors, friction, backlash, elastic and variable transmissions."""
 
 from mafsil.lazy_module import face
 

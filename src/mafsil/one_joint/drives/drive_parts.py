@@ -154,7 +154,7 @@ class BrakeStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Braking(RowAnswer):
-    """What a brake does to a moving joint under a constant load; true if it holds it, in every row.
+    """Braking of a moving joint under a constant load; true if the brake holds it, in every row.
 
     Attributes:
         verdict: (*batch) which of `statuses`.

@@ -17,7 +17,7 @@ from mafsil.one_joint.row_answer import RowAnswer
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MotorRating:
-    """What a motor can do, as its data sheet says.
+    """Ratings of a motor from its data sheet.
 
     Attributes:
         peak_torque: for short times (*batch) [N m].

@@ -188,7 +188,7 @@ class BandwidthStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Bandwidth(RowAnswer):
-    """What a wanted bandwidth meets in an elastic joint; true if the loop is damped as was wanted.
+    """A wanted bandwidth of an elastic joint; true if the loop is damped as required.
 
     Attributes:
         verdict: (*batch) which of `statuses`.

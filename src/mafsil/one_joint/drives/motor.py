@@ -150,7 +150,7 @@ class DriveAnswer(RowAnswer):
 
 
 def operating_point(motor: Motor, torque: ArrayLike, speed: ArrayLike) -> DriveAnswer:
-    """What a steady torque at a speed takes.
+    """The operating point of a motor at a steady torque and speed.
 
     Args:
         motor: with its amplifier's voltage.

@@ -1,4 +1,4 @@
-"""Planar parallel robots: five-bars, three-legged platforms, parallel cranks, and what their motors do."""
+"""Planar parallel robots: five-bars, three-legged platforms, parallel cranks, motor angles."""
 
 from mafsil.lazy_module import face
 

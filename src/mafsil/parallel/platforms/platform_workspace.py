@@ -30,7 +30,7 @@ REASONS = ("short", "long", "base_cone", "platform_cone", "legs_meet", "singular
 
 @dataclass(frozen=True)
 class PlatformLimits:
-    """What the legs of a platform can do.
+    """Limits of the legs of a platform.
 
     Attributes:
         shortest, longest: lengths of every leg [m].

@@ -45,7 +45,7 @@ class ModePathStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModePath(Answer, data="x lengths least measures places"):
-    """A way between two poses on which no pose is singular; true if there is one.
+    """A singularity-free path between two poses; true if there is one.
 
     Attributes:
         status: found and proven free of singularities, found and looked at only, proven impossible because det G has
@@ -75,7 +75,7 @@ class ModePath(Answer, data="x lengths least measures places"):
 def mode_path(
     robot: StewartPlatform | PlanarThreeRPR, x_0: ArrayLike, x_1: ArrayLike, *, tries: int = TRIES, seed: int = 0
 ) -> ModePath:
-    """A way from one pose to another past all singular ones of the second kind.
+    """A path from one pose to another without singularities of the second kind.
 
     1. det G has opposite signs at the ends: it is zero somewhere on every way, so there is none.
     2. The straight step, then two trees of random poses, grown towards each other through places where det G keeps its

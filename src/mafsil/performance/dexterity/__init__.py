@@ -1,4 +1,4 @@
-"""How well an arm moves and pushes at a configuration: ellipsoids, measures, directions, isotropy."""
+"""Dexterity at a configuration: velocity and force ellipsoids, manipulability, directions, isotropy."""
 
 from mafsil.lazy_module import face
 

@@ -305,7 +305,7 @@ def manipulability(
     task: Task | None = None,
     length: float | None = None,
 ) -> Floats:
-    """One number for the distance from singularities.
+    """Manipulability: one number for the distance from singularities.
 
     Args:
         robot: the arm.

@@ -1,4 +1,4 @@
-"""Singular configurations: whether, what is lost, why, and where all of them lie."""
+"""Singular configurations: detection, lost motions, causes, and the singularity locus."""
 
 from mafsil.lazy_module import face
 

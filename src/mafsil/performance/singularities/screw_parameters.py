@@ -25,7 +25,7 @@ from mafsil.performance.velocity.scaling import TOLERANCE, at_point, central_poi
 
 
 class ScrewParameters(NamedTuple):
-    """A screw as a person sees it.
+    """A screw by axis, pitch and magnitude.
 
     Attributes:
         direction: (3,) unit vector along the axis.

@@ -47,7 +47,7 @@ from mafsil.solvers import decompositions
 
 @of_robot
 def default_task(robot: Robot) -> str:
-    """The task that an arm is asked about unless another is named: its natural one, if it reaches full rank there.
+    """The default task of an arm: its natural task, if the arm reaches full rank in it.
 
     `pose` for six joints and more, `planar_position` for a planar 2R arm, and so on; planar arms with more joints than
     their plane needs are redundant in it. Arms without such a task are asked for the whole pose.
@@ -227,7 +227,7 @@ class Singularity(
     data="singular robot q task rank generic_rank full_rank singular_values length in_doubt cases "
     "null_rates lost_twists carried_wrenches=wrenches",
 ):
-    """What one configuration can and cannot do: true if it is singular.
+    """The singularity of one configuration; true if it is singular.
 
     Attributes:
         robot: name.
@@ -353,7 +353,7 @@ def singularity(
     tolerance: float = TOLERANCE,
     degrees: bool = False,
 ) -> Singularity:
-    """Look closely at one configuration: `singularity(robot, q).explain()`.
+    """The singularity of one configuration: rank, cause, lost motions; `singularity(robot, q).explain()`.
 
     Args:
         robot: the arm.

@@ -292,7 +292,7 @@ def virtual_work(
 
 @dataclass(frozen=True, eq=False)
 class FreeBodyDiagram:
-    """What acts on a link, all as wrenches (m, f) about the origin of the link's frame, in its axes [N m, N].
+    """The free-body diagram of a link: wrenches (m, f) about the origin of its frame, in its axes [N m, N].
 
     Attributes:
         link: name.

@@ -152,7 +152,7 @@ class TipWrench(Answer, data="F unbalanced rank carried self_motion"):
 def tip_wrench(
     robot: Robot, q: ArrayLike, tau: ArrayLike, *, task: Task = "pose", tolerance: float = TOLERANCE
 ) -> TipWrench:
-    """Inverse statics F = J^-T tau, and why not where J has no inverse.
+    """Inverse statics F = J^-T tau, and the reason where J has no inverse.
 
     Args:
         robot: the arm.

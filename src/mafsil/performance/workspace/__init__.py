@@ -1,4 +1,4 @@
-"""Where an arm reaches: maps from samples, and annuli in closed form."""
+"""Workspace: maps from samples, and annuli in closed form."""
 
 from mafsil.lazy_module import face
 

@@ -47,7 +47,7 @@ class WorkspaceStatus(Status):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WorkspaceMap(Answer, data="robot view unit cell samples seed bounds"):
-    """Cells of space and what was seen in them: true if any was reached.
+    """A grid of workspace cells and the samples in them; true if any cell was reached.
 
     Attributes:
         robot: name.
@@ -254,7 +254,7 @@ def workspace_map(
     seed: int = 0,
     dask: bool = False,
 ) -> WorkspaceMap:
-    """The cells that the tip reaches.
+    """The reachable workspace as cells, from random configurations.
 
     Args:
         robot: the arm.

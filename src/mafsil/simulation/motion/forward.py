@@ -35,7 +35,7 @@ DEFAULT_STEP = 1e-3
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ForwardMotion(Answer, data="method t q qd qdd tau"):
-    """What efforts made of an initial state: recorded at the steps, and known at any time between.
+    """The motion from an initial state under given efforts: recorded at the steps, interpolated between.
 
     True if the motion reached its end or a terminal event; iterable over the motions of a batch.
 

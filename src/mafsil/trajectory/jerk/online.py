@@ -172,7 +172,7 @@ def online(
     acceleration: ArrayLike = 0.0,
     synchronise: Synchronise = "time",
 ) -> Online:
-    """A motion that is asked for its next state in every cycle, towards a goal that may change at any time.
+    """Online trajectory generation: the next state in every cycle, towards a goal that may change at any time.
 
     Args:
         position: (n,) at the start [rad | m].

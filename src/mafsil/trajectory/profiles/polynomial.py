@@ -86,7 +86,7 @@ def quintic(
 
 
 def rest(position: ArrayLike, duration: float) -> PiecewisePolynomial:
-    """Standing still at `position` (*batch, n) for `duration` [s]."""
+    """A rest at `position` (*batch, n) for `duration` [s]."""
     (u,) = _conditions(position=position)
     return PiecewisePolynomial.from_pieces([positive("duration", duration)], u[None, None])
 

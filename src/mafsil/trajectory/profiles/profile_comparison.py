@@ -45,7 +45,7 @@ KEPT = 1e-6
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ProfileRun:
-    """One profile on the way.
+    """One profile of the comparison.
 
     Attributes:
         name: of `LAWS`, or `jerk_limited` or `time_optimal`.
@@ -74,7 +74,7 @@ class ProfileRun:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ProfileComparison(Answer, entries="runs"):
-    """All profiles on the same way, the quickest first; true if one keeps all limits, those of effort included.
+    """Time profiles compared on the same path, the fastest first; true if one keeps all limits, efforts included.
 
     Attributes:
         runs: one for each profile.
@@ -104,7 +104,9 @@ class ProfileComparison(Answer, entries="runs"):
         columns = COLUMNS if np.isfinite(least) else COLUMNS[:-2]
         head = [say(f"trajectory.column_{name}", language=language) for name in columns]
         rows = [_cells(run, language)[: len(columns)] for run in self.runs]
-        return "\n".join([self.status.sentence(language, **details), *table(head, rows, language, joint_units(columns))])
+        return "\n".join(
+            [self.status.sentence(language, **details), *table(head, rows, language, joint_units(columns))]
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data: status, and the numbers of each profile."""

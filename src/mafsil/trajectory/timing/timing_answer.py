@@ -48,7 +48,7 @@ class Binding(NamedTuple):
 
 
 class Gain(NamedTuple):
-    """What a greater limit would save.
+    """The time that a greater limit would save.
 
     Attributes:
         joint: index of the joint; -1 for limits of the tip.
