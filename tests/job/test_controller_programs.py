@@ -206,4 +206,4 @@ def test_the_command_writes_a_program_and_says_what_is_missing(tmp_path, capsys)
     assert "gripper" in said
     assert out.read_text().startswith("DEF mafsil_job()")
     assert main(["check-job", str(job), "--program", str(tmp_path / "pick.txt")]) == 2
-    assert language_of(out) is LANGUAGES["krl"]
+    assert language_of(out.suffix) is LANGUAGES["krl"]

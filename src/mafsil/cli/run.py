@@ -16,12 +16,12 @@ from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
 from mafsil.job import Job, Refusal, Run, solve
 from mafsil.job.cell_signals import assignments, conditions
-from mafsil.job.controller_program import language_of, write_program
 from mafsil.job.holding import overload_remarks, planned_overloads
 from mafsil.job.judgement import late_pushes, summary
 from mafsil.job.plan import Leg
 from mafsil.job.reading import parse_job
 from mafsil.job.remark import Remark
+from mafsil.job.ros_program import program_for
 from mafsil.job.solve import prepare, simulated_by, with_runs
 from mafsil.job.symptoms import joint_quantity
 from mafsil.job.text import text_of
@@ -213,10 +213,15 @@ def _plan(
     lines += map(_finding, findings)
     if program is not None and not overloaded:
         file = Path(program)
-        written = write_program(job, motion, language_of(file))
+        written = program_for(job, motion, file.suffix)
         write_whole(file, written.text.encode())
         data["program"] = {"path": program, "lost": [one.sentence("en") for one in written.lost]}
         lines.append(say("job.program_written", path=program, count=written.count))
+        if written.scene:
+            scene = file.with_suffix(f".scene{file.suffix}")
+            write_whole(scene, written.scene.encode())
+            data["program"]["scene"] = str(scene)
+            lines.append(say("job.program_scene", path=str(scene)))
         lines += map(_finding, written.lost)
     return Answer(data, tuple(lines), overloaded[0].sentence() if overloaded else None)
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -133,24 +132,30 @@ class Program:
         text: of it, read back: all numbers within 1e-10 of the plan's.
         count: instructions.
         lost: what the language cannot carry, or carries otherwise.
+        scene: the obstacles as a second file, where the language has them; else empty.
     """
 
     text: str
     count: int
     lost: tuple[Remark, ...]
+    scene: str = ""
 
 
-def language_of(path: Path) -> Language:
+def language_of(ending: str, others: tuple[str, ...] = ()) -> Language:
     """The language of a file, by its ending.
+
+    Args:
+        ending: such as `.src`.
+        others: endings that the caller knows besides, for the sentence.
 
     Raises:
         InputError: it is that of no language.
     """
     for language in LANGUAGES.values():
-        if path.suffix.lower() in language.endings:
+        if ending.lower() in language.endings:
             return language
-    known = ", ".join(ending for language in LANGUAGES.values() for ending in language.endings)
-    raise InputError("input.choice", name="program", value=path.suffix, known=known)
+    known = ", ".join([*(one for language in LANGUAGES.values() for one in language.endings), *others])
+    raise InputError("input.choice", name="program", value=ending, known=known)
 
 
 def write_program(job: Job, plan: Plan, language: Language) -> Program:
