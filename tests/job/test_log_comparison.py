@@ -80,9 +80,62 @@ def test_a_log_that_misses_targets_is_a_failure_with_the_distance(tmp_path):
     log(tmp_path / "log.csv", arm, plan, "none", np.random.default_rng(0), off=0.02)
     found = compare_with_log(job, arm, plan, tmp_path / "log.csv")
     assert not found
-    assert [one.key for one in found.remarks] == ["job.log_missed"] * 3
+    assert [one.key for one in found.remarks] == ["job.log_missed"] * 3 + ["job.log_zero"] * 6
     assert "°" in found.explain("en")
     assert found.errors.max() == pytest.approx(0.02, abs=1e-4)
+
+
+def tracked_log(path, arm, plan, kind, rng):
+    """A log of joints that follow late, yield to their efforts, or count from another zero; what should be named."""
+    t, begin, n = np.arange(0.0, plan.duration + 1.0, 0.008), rng.uniform(0.1, 0.9), arm.n
+    late, joint, h = np.full(n, rng.uniform(0.0, 0.02)), rng.integers(n), 1e-4
+    shifts = (late.min(), late.min() - h, late.min() + h)
+    plain, after, before = (positions(plan, np.clip(t - begin - s, 0.0, plan.duration)) for s in shifts)
+    tau = np.asarray(arm.inverse_dynamics(plain, (after - before) / (2 * h), (after - 2 * plain + before) / h**2))
+    late[joint] += rng.uniform(0.01, 0.06) if kind == "lag" else 0.0
+    shown = [positions(plan, np.clip(t - begin - s, 0.0, plan.duration))[:, k] for k, s in enumerate(late)]
+    q, expected = np.stack(shown, axis=1), {joint: late[joint] - late.min()} if kind == "lag" else {}
+    if kind == "zero":
+        expected = {joint: rng.choice([-1, 1]) * rng.uniform(0.002, 0.02)}
+        q[:, joint] += expected[joint]
+    if kind == "gain":
+        kp = np.abs(tau).max(axis=0) / rng.uniform(0.005, 0.02)
+        loaded = np.abs(tau).max(axis=0) > 1e-6
+        q[:, loaded] -= tau[:, loaded] / kp[loaded]
+        expected = {k: kp[k] for k in np.flatnonzero(loaded)}
+    tau += rng.normal(size=tau.shape) * 0.01 * np.abs(tau).max(axis=0)
+    q += rng.normal(size=q.shape) * 1e-5
+    heads = [f"actual_{signal}_{k}" for signal in ("q", "torque") for k in range(n)]
+    np.savetxt(path, np.column_stack([t, q, tau]), delimiter=",", header=",".join(["timestamp", *heads]), comments="")
+    return expected
+
+
+@pytest.mark.parametrize("kind", ["none", "lag", "zero", "gain"])
+@pytest.mark.parametrize("robot", few(ROBOTS, 2))
+def test_late_soft_and_displaced_joints_are_named_and_no_others(robot, kind, tmp_path):
+    job, arm, plan = planned(robot)
+    for seed in range(2):
+        rng = np.random.default_rng(100 + seed)
+        expected = tracked_log(tmp_path / "log.csv", arm, plan, kind, rng)
+        found = compare_with_log(job, arm, plan, tmp_path / "log.csv")
+        remarks = [one for one in found.remarks if one.key != "job.log_missed"]
+        assert {one.key for one in remarks} == ({f"job.log_{kind}"} if expected else set()), found.explain()
+        assert {one.details["joint"] for one in remarks} == {arm.joint_names[k] for k in expected}
+        if kind == "gain":
+            gains = [float(one.details["gain"].split()[0]) for one in remarks]
+            assert gains == pytest.approx(list(expected.values()), rel=0.05)
+
+
+def test_a_late_joint_with_a_wrong_zero_gets_both_names(tmp_path):
+    job, arm, plan = planned("ur5e")
+    expected = tracked_log(tmp_path / "log.csv", arm, plan, "lag", np.random.default_rng(4))
+    (joint,) = expected
+    lines = np.genfromtxt(tmp_path / "log.csv", delimiter=",", names=True)
+    lines[f"actual_q_{joint}"] += 0.01
+    head = ",".join(lines.dtype.names)
+    np.savetxt(tmp_path / "log.csv", np.array(lines.tolist()), delimiter=",", header=head, comments="")
+    keys = {one.key for one in compare_with_log(job, arm, plan, tmp_path / "log.csv").remarks}
+    assert keys - {"job.log_missed"} == {"job.log_lag", "job.log_zero"}
 
 
 def test_payload_and_friction_together_are_both_named(tmp_path):

@@ -1,14 +1,17 @@
 """The log of a controller laid over the plan of its job: offset, units and signs, arrivals, and why efforts differ.
 
 1. Offset: the plan's and the log's speeds, whatever their signs and units, are correlated; then the residual is least.
-2. Units and signs: slope of each joint's log over the plan.
+2. Units and signs: slope of each joint's log over the plan; the plan begins where the joints that lag least have it.
 3. Arrivals: where the arm was at the end of each move, by the tolerances of the job.
-4. Efforts: the model with friction and a payload is fitted to what differs; a cause is named only if the fit without it
-   leaves at least twice as much.
+4. Tracking: each joint's error is fitted by a zero offset, a lag (its speed) and a compliance (its effort).
+5. Efforts: the model with friction and a payload is fitted to what differs.
+
+Of 4 and 5 a cause is named only if the fit without it leaves at least twice as much.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -41,6 +44,8 @@ NOTABLE = 0.02
 """Share of the efforts that a difference must exceed to be explained."""
 SAMPLES, STEP = 2000, 1e-4
 """Rows of efforts that are looked at, and the step of differences of the plan [s]."""
+OFF, LATE = 1e-4, 2e-3
+"""Tracking errors that are looked at [rad | m], and a lag behind the other joints that is named [s]."""
 SMOOTH = 0.01
 """Speed below which dry friction is not fitted as a step [rad/s | m/s]."""
 
@@ -105,13 +110,22 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
     # 2
     factors = np.array([_factor(ours, theirs) for ours, theirs in zip(u.T, here.T, strict=True)])
     q = q / factors
-    errors = np.abs(here / factors - u).max(axis=0)
+    lags = np.zeros(robot.n)
+    if not robot.mechanism.loops:
+        lags = _lags(_laid_over(plan, t - offset, q, None, lags))
+    if np.ptp(lags) >= LATE:
+        offset, lags = offset + float(lags.min()), lags - lags.min()
+    errors = np.abs(_interpolate(offset + planned, t, q) - u).max(axis=0)
     remarks = list(_units(robot, factors))
     # 3
     missed = list(_missed_targets(job, plan, t - offset, q))
-    # 4
-    if efforts is not None and not plan.kinematic and not robot.mechanism.loops:
-        remarks += _causes(plan, t - offset, efforts)
+    if not robot.mechanism.loops:
+        laid = _laid_over(plan, t - offset, q, efforts, lags)
+        # 4
+        remarks += _tracking(robot, laid)
+        # 5
+        if laid.tau is not None and laid.model is not None:
+            remarks += _causes(laid, laid.tau, *laid.model)
     status = LogStatus.DIFFERS if missed else LogStatus.AS_PLANNED
     return LogComparison(status, offset, frozen(factors), frozen(errors), (*missed, *remarks))
 
@@ -130,8 +144,12 @@ def _read_log(path: Path, robot: Robot) -> JointStates:
 
 def positions(plan: Plan, t: Floats) -> Floats:
     """(k, n) where the plan is at times."""
-    moments = zip(plan.legs_at(t), t.tolist(), strict=True)
-    return np.stack([plan.legs[int(k)].trajectory.at(max(time - float(plan.starts[k]), 0.0)).u for k, time in moments])
+    legs, q = plan.legs_at(t), np.empty((len(t), len(plan.start)))
+    for k, leg in enumerate(plan.legs):
+        rows = legs == k
+        if rows.any():
+            q[rows] = leg.trajectory.at(np.maximum(t[rows] - plan.starts[k], 0.0)).u
+    return q
 
 
 def _column(table: CsvTable, *names: str) -> int:
@@ -219,44 +237,126 @@ def _missed_targets(job: Job, plan: Plan, t: Floats, q: Floats) -> list[Remark]:
     return remarks
 
 
-def _causes(plan: Plan, t: Floats, tau: Floats) -> list[Remark]:
-    """Why efforts differ from the model's: friction, a payload, or what neither proves."""
-    inside = (t >= 0.0) & (t <= plan.duration)
-    noise = float(np.sqrt((np.diff(tau[inside], n=2, axis=0) ** 2).mean() / 6.0))
-    rows = np.unique(np.linspace(0, int(inside.sum()) - 1, SAMPLES).astype(np.intp))
-    t, tau = t[inside][rows], tau[inside][rows]
-    rates, model, payload = _model(plan, t)
-    y = (tau - model).reshape(-1)
-    power = float(np.sqrt((y**2).mean()))
-    if power <= max(NOTABLE * float(np.sqrt((tau**2).mean())), 1.5 * noise):
-        return []
-    own = np.eye(tau.shape[1])
-    friction = np.concatenate([rates[:, :, None] * own, np.tanh(rates / SMOOTH)[:, :, None] * own], axis=2)
-    columns = {"friction": friction.reshape(len(y), -1), "payload": payload.reshape(-1, 1)}
-    columns["both"] = np.hstack(list(columns.values()))
-    shares, mass = dict[str, float](), 0.0
-    for name, regressor in columns.items():
-        fit = np.linalg.lstsq(regressor, y, rcond=None)[0]
-        shares[name] = float(np.linalg.norm(y - regressor @ fit) / np.linalg.norm(y))
-        mass = float(fit[-1])
-    left = quantity(shares["both"], "share")
-    if shares["both"] > EXPLAINED:
-        return [Remark("warning", "job.log_unknown", {"left": left})]
-    pairs = (("friction", "payload"), ("payload", "friction"))
-    proved = [name for name, other in pairs if shares["both"] <= EXPLAINED * shares[other]]
-    details = {"left": left, "mass": quantity(mass, "kg")}
-    return [Remark("warning", f"job.log_{name}", details) for name in proved or ("unclear",)]
+@dataclass(frozen=True, eq=False, slots=True)
+class _Laid:
+    """Rows of a log within the plan, and the plan at their times; (k, n).
+
+    Attributes:
+        off: the log's coordinates less the plan's.
+        lag: what they would be for each joint a second late, as far as a first lag shows it.
+        tau: efforts of the log; None if it has none.
+        noise: (n,) of `off`, and of `tau` all together.
+        rates: of the plan.
+        model: efforts of the plan, and of one kilogram more; None of a robot without masses.
+    """
+
+    off: Floats
+    lag: Floats
+    tau: Floats | None
+    noise: tuple[Floats, float]
+    rates: Floats
+    model: tuple[Floats, Floats] | None
 
 
-def _model(plan: Plan, t: Floats) -> tuple[Floats, Floats, Floats]:
-    """Speeds of the plan, efforts of the model that carries what the plan says, those of one kilogram more; (k, n)."""
-    before, now, after = (positions(plan, np.clip(t + shift, 0.0, plan.duration)) for shift in (-STEP, 0.0, STEP))
-    qd, qdd = (after - before) / (2.0 * STEP), (after - 2.0 * now + before) / STEP**2
-    model, payload = np.zeros_like(now), np.zeros_like(now)
+def _laid_over(plan: Plan, t: Floats, q: Floats, efforts: Floats | None, lags: Floats) -> _Laid:
+    """The log over the plan, its joints so much late at first guess (n,) [s]."""
+    inside = np.flatnonzero((t >= 0.0) & (t <= plan.duration))
+    rows = inside[np.unique(np.linspace(0, len(inside) - 1, SAMPLES).astype(np.intp))]
+    at = {shift: positions(plan, np.clip(t[rows] + shift, 0.0, plan.duration)) for shift in (-STEP, 0.0, STEP)}
+    now, rates = at[0.0], (at[STEP] - at[-STEP]) / (2.0 * STEP)
+    lag = -rates
+    for k in np.flatnonzero(lags):
+        late = positions(plan, np.clip(t[rows] - lags[k], 0.0, plan.duration))
+        lag[:, k] = (late[:, k] - now[:, k]) / lags[k]
+    off = q[rows] - now
+    noise = np.sqrt((np.diff(off, n=2, axis=0) ** 2).mean(axis=0) / 6.0)
+    jitter = 0.0 if efforts is None else float(np.sqrt((np.diff(efforts[inside], n=2, axis=0) ** 2).mean() / 6.0))
+    tau = None if efforts is None else efforts[rows]
+    if plan.kinematic:
+        return _Laid(off, lag, tau, (noise, jitter), rates, None)
+    state = now, rates, (at[STEP] - 2.0 * now + at[-STEP]) / STEP**2
+    return _Laid(off, lag, tau, (noise, jitter), rates, _efforts(plan, t[rows], state))
+
+
+def _efforts(plan: Plan, t: Floats, state: tuple[Floats, Floats, Floats]) -> tuple[Floats, Floats]:
+    """Efforts of the model that carries what the plan says, and those of one kilogram more; (k, n)."""
+    model, payload = np.zeros_like(state[0]), np.zeros_like(state[0])
     loads = [plan.legs[int(k)].load for k in plan.legs_at(t)]
     for load in dict.fromkeys(loads):
         rows = np.array([one == load for one in loads])
-        robot, state = loaded_robot(load), (now[rows], qd[rows], qdd[rows])
-        model[rows] = robot.inverse_dynamics(*state)
-        payload[rows] = robot.with_payload(1.0).inverse_dynamics(*state) - model[rows]
-    return qd, model, payload
+        robot, here = loaded_robot(load), tuple(part[rows] for part in state)
+        model[rows] = robot.inverse_dynamics(*here)
+        payload[rows] = robot.with_payload(1.0).inverse_dynamics(*here) - model[rows]
+    return model, payload
+
+
+def _proved(columns: dict[str, Floats], y: Floats) -> tuple[dict[str, Floats], float]:
+    """What is fitted to each cause without which twice as much would be left, and the share that is left with all."""
+    fits, left = dict[str, Floats](), dict[str, float]()
+    for name in ("", *columns):
+        parts = {other: column for other, column in columns.items() if other != name}
+        matrix = np.hstack(list(parts.values())) if parts else np.zeros((len(y), 1))
+        fit = np.asarray(np.linalg.lstsq(matrix, y, rcond=None)[0], dtype=np.float64)
+        left[name] = float(np.linalg.norm(y - matrix @ fit) / np.linalg.norm(y))
+        if not name:
+            ends: list[int] = np.cumsum([column.shape[1] for column in parts.values()]).tolist()
+            fits = {
+                other: fit[end - column.shape[1] : end]
+                for (other, column), end in zip(parts.items(), ends, strict=True)
+            }
+    return {name: fit for name, fit in fits.items() if left[""] <= EXPLAINED * left[name]}, left[""]
+
+
+def _errors_of_joints(laid: _Laid) -> Iterator[tuple[dict[str, Floats], Floats]]:
+    """Of each joint that the log has elsewhere: columns of zero, lag and compliance, and its error."""
+    for k, off in enumerate(laid.off.T):
+        columns = {"zero": np.ones((len(off), 1)), "lag": laid.lag[:, k : k + 1]}
+        if laid.model is not None:
+            columns["gain"] = -laid.model[0][:, k : k + 1]
+        seen = float(np.sqrt((off**2).mean())) > max(OFF, 3.0 * float(laid.noise[0][k]))
+        yield columns if seen else {}, off
+
+
+def _lags(laid: _Laid) -> Floats:
+    """(n,) how late each joint is [s]."""
+    lags = np.zeros(laid.off.shape[1])
+    for k, (columns, off) in enumerate(_errors_of_joints(laid)):
+        if columns and np.ptp(columns["lag"]) > SMOOTH:
+            lags[k] = np.linalg.lstsq(np.hstack(list(columns.values())), off, rcond=None)[0][1]
+    return lags
+
+
+def _tracking(robot: Robot, laid: _Laid) -> list[Remark]:
+    """Joints that the log has elsewhere than the plan: by a zero offset, later than others, or yielding to efforts."""
+    remarks: list[Remark] = []
+    for k, (columns, off) in enumerate(_errors_of_joints(laid)):
+        fit, left = _proved(columns, off) if columns else ({}, 1.0)
+        if left > EXPLAINED:
+            continue
+        name, angular = visible(robot.joint_names[k]), bool(robot.mechanism.angular[k])
+        zero, lag, softness = (float(fit[cause][0]) if cause in fit else 0.0 for cause in ("zero", "lag", "gain"))
+        if abs(zero) >= OFF:
+            value = quantity(zero, "rad" if angular else "m")
+            remarks.append(Remark("warning", "job.log_zero", {"joint": name, "value": value}))
+        if lag >= LATE:
+            remarks.append(Remark("warning", "job.log_lag", {"joint": name, "lag": quantity(lag, "s")}))
+        if laid.model is not None and softness * np.abs(laid.model[0][:, k]).max() >= OFF:
+            gain = f"{1.0 / softness:.3g} {'N m/rad' if angular else 'N/m'}"
+            remarks.append(Remark("warning", "job.log_gain", {"joint": name, "gain": gain}))
+    return remarks
+
+
+def _causes(laid: _Laid, tau: Floats, model: Floats, payload: Floats) -> list[Remark]:
+    """Why efforts differ from the model's: friction, a payload, or what neither proves."""
+    y, own = (tau - model).reshape(-1), np.eye(tau.shape[1])
+    power, size = (float(np.sqrt((x**2).mean())) for x in (y, tau))
+    if power <= max(NOTABLE * size, 1.5 * laid.noise[1]):
+        return []
+    dry = np.tanh(laid.rates / SMOOTH)
+    friction = np.concatenate([laid.rates[:, :, None] * own, dry[:, :, None] * own], axis=2).reshape(len(y), -1)
+    fits, left = _proved({"friction": friction, "payload": payload.reshape(-1, 1)}, y)
+    if left > EXPLAINED:
+        return [Remark("warning", "job.log_unknown", {"left": quantity(left, "share")})]
+    mass = float(fits["payload"][0]) if "payload" in fits else 0.0
+    details = {"left": quantity(left, "share"), "mass": quantity(mass, "kg")}
+    return [Remark("warning", f"job.log_{name}", details) for name in fits or ("unclear",)]
