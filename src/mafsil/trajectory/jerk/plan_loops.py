@@ -19,6 +19,7 @@ from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.jerk.coordinate_loops import (
     PIECES,
     beyond_gap,
+    is_endless,
     motion_of,
     next_duration,
     shortest_change,
@@ -107,6 +108,22 @@ def next_of(states: Floats, limits: Floats, i: int, free: bool, T: float) -> flo
     if free:
         return beyond_gap(w, max(T - lead, shortest_change(w))) + lead
     return next_duration(w, max(T - lead, 0.0)) + lead
+
+
+@compiled
+def shortest_of(states: Floats, limits: Floats, i: int) -> tuple[float, float]:
+    """The least duration that a coordinate can have, braking included, and one if it can have every longer one, too.
+
+    Args:
+        states: (n, 6).
+        limits: (n, 6).
+        i: the coordinate.
+    """
+    if _is_frozen(limits, i):
+        return next_of(states, limits, i, False, 0.0), 0.0
+    w = task_of(states, limits, i)
+    T = next_duration(w, 0.0)
+    return T + w.t1 + w.t2, 1.0 if T < inf and is_endless(w, T) else 0.0
 
 
 @compiled
