@@ -29,7 +29,7 @@ from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
 from mafsil.ik.structure.analysis import Analysis, Task, analysis, structure_in_doubt
-from mafsil.ik.tolerances import NEARLY_REACHED
+from mafsil.ik.tolerances import EXACT_POSE, NEARLY_REACHED
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.closed_form.thresholds import BENT, CLEAR, NEARLY, ON_LIMIT, SPLIT, candidate, folds, merges_twice
@@ -72,6 +72,8 @@ class Quick:
 
     def rows(self, decision: float) -> slice | NDArray[np.intp]:
         """The rows of a clear list: a slice where they follow each other."""
+        if (known := self.chosen.get(decision)) is not None:
+            return known
         found = bits(int(decision), int(decision).bit_length())
         first, last = found[0], found[-1]
         together = last - first + 1 == len(found)
@@ -205,8 +207,27 @@ class Setting:
     @lazy
     def length(self) -> float:
         """Scale that makes positions comparable with angles: the arm's reach [m]."""
-        _, radius = reach_bound(self.robot.mechanism, None)
+        _, radius = self.reach
         return radius if np.isfinite(radius) and radius > 0 else 1.0
+
+    @lazy
+    def reach(self) -> tuple[Floats, float]:
+        """Centre and radius of a sphere that the frame cannot leave [m]."""
+        return reach_bound(self.robot.mechanism, None)
+
+    @lazy
+    def normal(self) -> Floats | None:
+        """(3,) the direction to which all revolute axes of a planar arm are parallel and all prismatic normal."""
+        chain = self.arm.chain
+        if chain is None or not len(chain):
+            return None
+        revolute = ~np.array(chain.prismatic, dtype=np.bool_)
+        if not revolute.any():
+            return None
+        h: Floats = chain.axes[revolute][0]
+        along = np.abs(chain.axes @ h)
+        planar = (along[revolute] >= 1.0 - EXACT_POSE).all() and (along[~revolute] <= EXACT_POSE).all()
+        return h if planar else None
 
     def scaled_jacobians(self, q: JointVector) -> Floats:
         """(k, 6, n) body Jacobians of the task, lengths in units of the reach."""
@@ -225,7 +246,10 @@ class Setting:
 
 def turns_of(q: JointVector) -> Floats:
     """(*batch, n, 2) cosines and sines."""
-    return np.stack([np.cos(q), np.sin(q)], axis=-1)
+    turns = np.empty((*q.shape, 2))
+    np.cos(q, turns[..., 0])
+    np.sin(q, turns[..., 1])
+    return turns
 
 
 def bits(code: int, n: int) -> tuple[int, ...]:
