@@ -186,8 +186,8 @@ def _may_enter(
     """
     q, details = rows
     loose = _whole(details.free)
-    turning = [pattern.joints[k] for k in WRIST_JOINTS.get(pattern.family, range(len(pattern.joints)))]
-    standing = np.setdiff1d(np.arange(setting.robot.n), turning)
+    wrist = [pattern.joints[k] for k in WRIST_JOINTS.get(pattern.family, range(len(pattern.joints)))]
+    standing = np.setdiff1d(np.arange(setting.robot.n), wrist)
     low, high, there = setting.lower[standing] - LOOSE, setting.upper[standing] + LOOSE, q[..., standing]
     inside = ((there >= low) & (there <= high)).all(axis=-1) & (details.residual <= setting.candidate)
     known = (loose & first == 0) & (loose < 1 << pattern.n) & (not setting.quartic)
