@@ -23,12 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.geometry import rotation
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.refine import least_squares, refine_rows
 from mafsil.ik.structure.closed_form import ClosedForm
-from mafsil.ik.tolerances import EXACT_POSE, FINEST, HIDDEN, PART_OF_BEND, REACHED, SELF_MOTION, STRAIGHT
+from mafsil.ik.tolerances import FINEST, HIDDEN, PART_OF_BEND, REACHED, SELF_MOTION, STRAIGHT
 from mafsil.ik.winding import wound_near
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
@@ -205,7 +204,8 @@ def _add_self_motions(
 
 
 def _whole(x: Floats) -> NDArray[np.int64]:
-    return np.nan_to_num(x).astype(np.int64)
+    """Whole numbers; zero for NaN."""
+    return np.where(np.isfinite(x), x, 0.0).astype(np.int64)
 
 
 STEP = 0.02
@@ -270,7 +270,7 @@ def straighten_wrist(
     if not bend or not len(q) or bend[0] < 0 or loose[0] < 0:
         return q, free
     poses = np.broadcast_to(T, (len(q), 4, 4))
-    for value in _straight(pattern):
+    for value in setting.straight:
         off = (q[:, bend[0]] - value + np.pi) % (2 * np.pi) - np.pi
         rows = np.flatnonzero((np.abs(off) < NEARLY) & ((free >> loose[0]) % 2 == 0))
         if len(rows):
@@ -283,14 +283,3 @@ def straighten_wrist(
             q[rows] = found[reached]
             free[rows] += 1 << loose[0]
     return q, free
-
-
-def _straight(pattern: ArmPattern) -> list[float]:
-    """Values of the fifth joint that make the sixth axis parallel to the fourth, or to the three parallel ones."""
-    outer, w5, w6 = pattern.axes[3 if pattern.family is Family.SPHERICAL_WRIST else 1], *pattern.axes[4:6]
-    found: list[float] = []
-    for goal in (outer, -outer):
-        value = float(np.arctan2(w5 @ np.cross(w6, goal), w6 @ goal - (w5 @ w6) * (w5 @ goal)))
-        if np.abs(rotation.exp(w5 * value) @ w6 - goal).max() < EXACT_POSE:
-            found.append(value)
-    return found

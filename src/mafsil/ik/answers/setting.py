@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from mafsil.algebra.tolerance import DESCRIBED, SMALLEST_DIVISOR
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
+from mafsil.geometry import rotation
 from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
@@ -32,6 +33,7 @@ from mafsil.ik.structure.analysis import Analysis, Task, analysis, structure_in_
 from mafsil.ik.tolerances import EXACT_POSE, NEARLY_REACHED
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
+from mafsil.mechanics.arm_pattern import Family
 from mafsil.mechanics.closed_form.thresholds import BENT, CLEAR, NEARLY, ON_LIMIT, SPLIT, candidate, folds, merges_twice
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
@@ -192,11 +194,28 @@ class Setting:
 
         The code's digits in base three say one where two branches are one.
         """
-        form = self.arm.form
-        if form is None or not merges_twice(form.pattern):
+        if not self._merging:
             return np.zeros(codes.shape, dtype=np.bool_)
-        digits = codes[..., None] // np.array([1, 3, 9]) % 3
-        return np.asarray((digits == 1).sum(axis=-1) > 1, dtype=np.bool_)
+        ones = ((codes % 3 == 1).astype(np.int8), codes // 3 % 3 == 1, codes // 9 % 3 == 1)
+        return np.asarray(ones[0] + ones[1] + ones[2] > 1, dtype=np.bool_)
+
+    @lazy
+    def _merging(self) -> bool:
+        """Whether two of shoulder, elbow and wrist may have merged roots at once."""
+        form = self.arm.form
+        return form is not None and merges_twice(form.pattern)
+
+    @lazy
+    def straight(self) -> tuple[float, ...]:
+        """Values of the fifth joint that make the sixth axis parallel to the fourth, or to the three parallel ones."""
+        assert self.arm.form is not None
+        pattern, found = self.arm.form.pattern, list[float]()
+        outer, w5, w6 = pattern.axes[3 if pattern.family is Family.SPHERICAL_WRIST else 1], *pattern.axes[4:6]
+        for goal in (outer, -outer):
+            value = float(np.arctan2(w5 @ np.cross(w6, goal), w6 @ goal - (w5 @ w6) * (w5 @ goal)))
+            if np.abs(rotation.exp(w5 * value) @ w6 - goal).max() < EXACT_POSE:
+                found.append(value)
+        return tuple(found)
 
     @lazy
     def plain(self) -> bool:

@@ -7,9 +7,8 @@ How planning a jerk-limited motion ended.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,8 +25,7 @@ NAMES = ("start", "start_velocity", "start_acceleration", "goal", "goal_velocity
 """Columns of the states."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Problem:
+class Problem(NamedTuple):
     """From states to states within limits.
 
     Attributes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -173,7 +172,7 @@ def _judge(problem: Problem, outcome: Floats, pieces: Pieces) -> None:
     bad = np.flatnonzero((outcome[:, 0] == 0.0) & ~_arrives(problem, outcome, pieces))
     # 1.
     if len(bad) and problem.cycle > 0.0:
-        again = replace(problem, states=pieces.first[bad], cycle=0.0)
+        again = problem._replace(states=pieces.first[bad], cycle=0.0)
         found, counts = np.empty((len(bad), 4)), np.zeros((len(bad), problem.states.shape[-2]))
         times, jerks = np.empty((2, *counts.shape, MOST_PIECES))
         _rows(again, again.states, found, counts, times, jerks)
