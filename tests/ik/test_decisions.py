@@ -319,3 +319,18 @@ def test_a_wrist_that_is_hardly_bent_beyond_the_limits_needs_no_search(name: str
         one = alone(narrow, T[i])
         assert one.status is IKStatus.BEYOND_LIMITS
         assert not one.within.any()
+
+
+def test_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many chunks, in which poses need care, handed to one thread or to three."""
+    robot, rng = arm("ur5e"), np.random.default_rng(10)
+    q = rng.uniform(-3.0, 3.0, (5000, robot.n))
+    q[::50, 4], q[::70, 4] = 0.0, 1e-10
+    T = robot.forward_kinematics(q)
+    T[::90, :3, 3] *= 4.0
+    found: list[SolutionBatch] = []
+    for threads in ("1", "3"):
+        monkeypatch.setenv("MAFSIL_THREADS", threads)
+        found.append(together(robot, T))
+    for name in ("q", "valid", "within", "codes", "free", "status_codes"):
+        np.testing.assert_array_equal(getattr(found[0], name), getattr(found[1], name))
