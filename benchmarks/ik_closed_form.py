@@ -105,6 +105,10 @@ def _row(name: str, poses: int, found: Comparisons) -> dict[str, Any]:
     for key, time in each.items():
         if key.startswith("wrist-singular"):
             found.add(f"mf.inverse_kinematics, {key}", name, 1e6 * time.least, "goal of 20 us", CAREFUL_TARGET, 1.0)
+        if "EAIK.IK" in one and key.endswith("single"):
+            found.add(
+                f"mf.inverse_kinematics, {key}", name, 1e6 * time.least, "EAIK.IK", 1e6 * one["EAIK.IK"].least, 1.0
+            )
     return _printed(one, each) | {
         "solutions of a pose": f"{_solutions(robot, T):.2f}",
         "lost of 300 at 45 degrees": _lost(robot, rival),
@@ -128,9 +132,12 @@ def _careful(robot: Robot) -> dict[str, tuple[int, Callable[[], object]]]:
     low, high = (np.clip(x, -np.pi, np.pi) for x in (robot.limits.lower, robot.limits.upper))
     q = rng.uniform(0.4 * low, 0.4 * high, (CAREFUL, robot.n))
     tasks: dict[str, tuple[int, Callable[[], object]]] = {}
-    for kind, bend in (("wrist-singular", 0.0), ("wrist bent by 1e-10", 1e-10), ("wrist bent by 1e-8", 1e-8)):
+    for kind, bend in (("wrist-singular", 0.0), *((f"wrist bent by {x:.0e}", x) for x in (1e-10, 1e-8, 1e-6))):
         q[:, 4] = bend
         _add(tasks, robot, kind, robot.forward_kinematics(q))
+    near = rng.uniform(0.4 * low, 0.4 * high, q.shape)
+    pairs = cycle(list(zip(robot.forward_kinematics(near)[:DISTINCT], near[:DISTINCT], strict=True)))
+    tasks["q0 given, single"] = 1, lambda: _near(robot, *next(pairs))
     far = robot.forward_kinematics(q)
     far[:, :3, 3] *= 5.0
     _add(tasks, robot, "out of reach", far)
@@ -140,6 +147,12 @@ def _careful(robot: Robot) -> dict[str, tuple[int, Callable[[], object]]]:
 def _add(tasks: dict[str, tuple[int, Callable[[], object]]], robot: Robot, kind: str, T: Floats) -> None:
     tasks[f"{kind}, batch of {len(T)}"] = len(T), lambda: _read(inverse_kinematics(robot, T))
     tasks[f"{kind}, single"] = 1, _in_turn(lambda X: inverse_kinematics(robot, X).q, T)
+    tasks[f"{kind}, single, status"] = 1, _in_turn(lambda X: inverse_kinematics(robot, X).status, T)
+
+
+def _near(robot: Robot, T: Floats, q0: Floats) -> object:
+    """All solutions, wound near the configuration."""
+    return inverse_kinematics(robot, T, q0=q0).q
 
 
 def _read(batch: object) -> object:

@@ -5,7 +5,8 @@ python benchmarks/jerk_limited.py [--problems 1000] [--json FILE]
 Seven joints, random problems from rest to rest and between arbitrary states, one thread. Single: `mf.trajectory
 .jerk_limited(...)` with its `duration` read, beside Ruckig's `calculate` with its six states set before, which is what
 a program does. Batch: one call of many problems, for each problem, beside Ruckig's `calculate` alone. Then one step of
-`mf.trajectory.online` whose goal changes in every cycle, beside Ruckig's `update`; and a whole trajectory sampled.
+`mf.trajectory.online` whose goal changes in every cycle, beside Ruckig's `update`; a whole trajectory sampled; motions
+through points.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -40,6 +42,7 @@ DISTINCT = 64
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--problems", type=int, default=256)
+    parser.add_argument("--points", type=int, nargs="+", default=[100, 1000], help="of motions through via points")
     parser.add_argument("--json")
     arguments = parser.parse_args()
     details = machine("numpy")
@@ -53,6 +56,8 @@ def main() -> None:
             f"{row.case:10} {row.call:40} {row.ours:9.2f} us  {row.peer:28} {row.theirs:9.2f} us  "
             f"ratio {row.ratio:6.2f}{goal}"
         )
+    for points, least in _through(arguments.points):
+        print(f"jerk_limited_through {points:6} points {1e3 * least:10.2f} ms, {1e6 * least / points:8.1f} us a point")
     if arguments.json:
         Path(arguments.json).write_text(json.dumps({"machine": details, "comparisons": found.plain()}, indent=2))
 
@@ -83,6 +88,15 @@ def _compare(kind: str, count: int, found: Comparisons) -> None:
     found.add(
         f"motion.at of {len(times)} times", kind, us["sampled"], "ruckig at_time of each", us["ruckig sampled"], None
     )
+
+
+def _through(counts: list[int]) -> Iterator[tuple[int, float]]:
+    """Seconds that motions through so many points take; Ruckig sends via points to a server."""
+    limits = mf.trajectory.MotionLimits.of(JOINTS, velocity=1.5, acceleration=3.0, jerk=30.0)
+    for count in counts:
+        points = np.cumsum(np.random.default_rng(0).uniform(-0.2, 0.2, (count, JOINTS)), axis=0)
+        call = partial(mf.trajectory.jerk_limited_through, points, limits)
+        yield count, race({"through": call}, repeats=3)["through"].least
 
 
 def _planned(s: Floats, limits: mf.trajectory.MotionLimits) -> mf.trajectory.jerk.JerkLimitedMotion:

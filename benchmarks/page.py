@@ -31,6 +31,8 @@ from benchmarks.comparison import Comparison, read  # noqa: E402
 from benchmarks.stopwatch import machine  # noqa: E402
 
 PAGE = ROOT / "docs" / "performance.md"
+BY_HAND = "## Off the regular case, and at size"
+"""Heading from which on the page is not written anew."""
 SHOWN = 4
 """Rows of a benchmark on the page."""
 VERSIONS = ("mafsil", "numpy", "scipy", "llvmlite", "pin", "eaik", "ssik", "mujoco-core")
@@ -92,12 +94,14 @@ def main() -> None:
     """Run, and write the page."""
     options = _parsed()
     details = machine(*VERSIONS)
+    _, by_hand, rest = PAGE.read_text(encoding="utf-8").partition(BY_HAND)
+    kept = f"\n{by_hand}{rest}"
     chosen = [one for one in BENCHMARKS if not options.only or Path(one.script).stem in options.only]
     outcomes: dict[Benchmark, Outcome] = {}
     for number, benchmark in enumerate(chosen, 1):
         print(f"[{number}/{len(chosen)}] {benchmark.question} ...", file=sys.stderr, flush=True)
         outcomes[benchmark] = measured(benchmark, options.quick, options.peers)
-        options.out.write_text("\n".join(page(details, outcomes)) + "\n", encoding="utf-8")
+        options.out.write_text("\n".join(page(details, outcomes)) + "\n" + kept, encoding="utf-8")
         options.out.with_suffix(".csv").write_text(table(outcomes), encoding="utf-8")
     print("\n".join(summary(outcomes)))
 

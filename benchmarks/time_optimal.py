@@ -101,15 +101,34 @@ def compared(batch: int, intervals: int) -> dict[str, float]:
     }
 
 
+def long_path(count: int) -> dict[str, float]:
+    """A path through many points, from the points to its duration, and the peer on a grid of as many intervals [s]."""
+    points = np.cumsum(np.random.default_rng(1).uniform(-0.2, 0.2, (count, N)), axis=0)
+    v, a = np.full(N, 1.5), np.full(N, 3.0)
+    limits = MotionLimits.of(N, velocity=v, acceleration=a)
+    path = JointPath.through(points)
+    taken = race(
+        {
+            "path": lambda: JointPath.through(points),
+            "timing": lambda: time_optimal(path, limits).duration,
+            "toppra": lambda: toppra_of(path, points, v, a, 2 * count).compute_parameterization(0, 0),
+        },
+        repeats=3,
+    )
+    ms = {f"{count} points, {name} ms": 1e3 * time.least for name, time in taken.items()}
+    return {**ms, f"{count} points ratio": taken["toppra"].least / taken["timing"].least}
+
+
 def main() -> None:
     """Print the table; write it on request."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--intervals", type=int, default=100)
     parser.add_argument("--batch", type=int, default=200)
+    parser.add_argument("--long", type=int, default=10_000, help="points of a long path")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     toppra.setup_logging("ERROR")
-    found = compared(options.batch, options.intervals)
+    found = compared(options.batch, options.intervals) | long_path(options.long)
     for name, value in found.items():
         print(f"{name:32s} {value:12.4g}")
     if options.json:

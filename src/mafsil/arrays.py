@@ -247,7 +247,8 @@ def require_kind(name: str, value: object, expected: str, *members: str) -> None
     Raises:
         InputError: it lacks one of the members.
     """
-    if isinstance(value, type) or not all(hasattr(value, member) for member in members):
+    # The class is asked first: a property of the value would be computed.
+    if isinstance(value, type) or not all(hasattr(type(value), each) or hasattr(value, each) for each in members):
         raise InputError("input.kind", name=name, expected=expected, got=type(value).__name__)
 
 

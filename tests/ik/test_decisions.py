@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -14,12 +15,14 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.ik import SolutionBatch, SolutionSet, inverse_kinematics
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
-from mafsil.ik.answers.lists import unique_rows
 from mafsil.ik.answers.setting import Setting, setting
-from mafsil.ik.refine import distinct
+from mafsil.ik.refine import distinct, pose_errors, refine_rows, residuals
 from mafsil.ik.result import IKStatus
+from mafsil.ik.tolerances import NO_BETTER, SINGULAR
+from mafsil.ik.winding_loops import unique_rows
 from mafsil.mechanics.closed_form.thresholds import CLEAR, INSIDE, LOOSE, MERGED
 from mafsil.robot import Robot, load
+from tests.budget import within
 
 SIX = ("puma560", "ur5e", "ur10e", "elbow6r")
 OTHERS = ("scara_rrrp", "planar3r", "planar2r", "rrrp", "stanford_arm", "generalized_puma")
@@ -157,7 +160,9 @@ def test_decisions_keep_to_the_rule_in_numpy(name: str) -> None:
     # Where rows are short of a solution by more than rounding, refinement finds none either.
     for i in np.flatnonzero(doubtful)[:20]:
         assert len(inverse_kinematics(robot, T[i])) == solved[i].sum()
-    assert unique_rows(q[clear], solved[clear], asked.revolute).sum() == solved[clear].sum()
+    kept = solved[clear]
+    unique_rows(q[clear], kept, asked.revolute)
+    assert kept.sum() == solved[clear].sum()
 
 
 def test_rows_that_repeat_earlier_ones_are_left_out_as_one_by_one() -> None:
@@ -165,7 +170,8 @@ def test_rows_that_repeat_earlier_ones_are_left_out_as_one_by_one() -> None:
     turning = np.array([True, False, True])
     q = rng.integers(0, 2, (300, 6, 3)) + 2 * np.pi * turning * rng.integers(-1, 2, (300, 6, 3))
     good = rng.random((300, 6)) < 0.7
-    kept = unique_rows(q, good, turning)
+    kept = good.copy()
+    unique_rows(q, kept, turning)
     for i in range(len(q)):
         rows = np.flatnonzero(good[i])
         np.testing.assert_array_equal(np.flatnonzero(kept[i]), rows[distinct(q[i, rows], turning)])
@@ -247,3 +253,84 @@ def test_decisions_are_the_same_numbers_in_both_layers() -> None:
     for member in Decision:
         assert getattr(decision, member.name) == float(member)
     assert all(a > b for a, b in pairwise(Decision))
+
+
+@pytest.mark.parametrize("name", ["puma560", "panda", "scara_rrrp"])
+@pytest.mark.parametrize("mask", [(1, 1, 1, 1, 1, 1), (1, 1, 0, 1, 1, 1), (0, 0, 0, 1, 1, 1)])
+def test_refining_takes_the_steps_of_the_pseudoinverse(name: str, mask: tuple[int, ...]) -> None:
+    """Also beside singular configurations, with joints locked, and where a half turn is missing."""
+    rng, robot, counting = np.random.default_rng(4), arm(name), np.array(mask, dtype=bool)
+    goal = rng.uniform(-2.0, 2.0, (120, robot.n))
+    goal[::3, min(4, robot.n - 1)] = 0.0
+    start = goal + rng.normal(size=goal.shape) * 10.0 ** rng.uniform(-8, 0, (120, 1))
+    start[:10, -1] += np.pi
+    locked, T = rng.random(goal.shape) < 0.1, robot.forward_kinematics(goal)
+    q, residual = refine_rows(robot, start, T, counting, locked=locked)
+    expected = start.copy()
+    size = residuals(pose_errors(robot, expected, T, counting))
+    for _ in range(8):
+        J = robot.jacobian_body(expected) * counting[:, None] * ~locked[:, None]
+        step = (np.linalg.pinv(J, rcond=SINGULAR) @ pose_errors(robot, expected, T, counting)[:, :, None])[:, :, 0]
+        trial = expected + step * np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
+        left = residuals(pose_errors(robot, trial, T, counting))
+        better = (left < size) & (size > NO_BETTER)
+        expected[better], size[better] = trial[better], left[better]
+    reached = size < 1e-9
+    assert ((residual < 1e-9) == reached).all()
+    np.testing.assert_allclose(q[reached], expected[reached], atol=1e-6)
+    # Rounding over the least singular value that counts: EPS/SINGULAR.
+    np.testing.assert_allclose(residual[~reached], size[~reached], atol=2e-9)
+    assert (q[locked] == start[locked]).all()
+
+
+@pytest.mark.parametrize("name", SIX)
+def test_preferred_values_change_windings_alone_where_nothing_is_free(name: str) -> None:
+    robot, rng = arm(name), np.random.default_rng(8)
+    turning = setting(robot, None, "pose").revolute
+    for q0 in rng.uniform(-2.0, 2.0, (20, robot.n)):
+        T = robot.forward_kinematics(q0)
+        near, plain = inverse_kinematics(robot, T, q0=q0), alone(robot, T)
+        assert (len(near), near.status, near.complete) == (len(plain), plain.status, plain.complete)
+        assert turned(near.q, plain.q, turning).max() < 1e-12
+        listed = inverse_kinematics(robot, T, q0=list(q0))
+        np.testing.assert_array_equal(near.q, listed.q)
+    with pytest.raises(InputError, match="q0"):
+        inverse_kinematics(robot, T, q0=np.full(robot.n, np.nan))
+    with pytest.raises(InputError, match="q0"):
+        inverse_kinematics(robot, T, q0=np.zeros(robot.n + 1))
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur5e"])
+def test_a_wrist_that_is_hardly_bent_beyond_the_limits_needs_no_search(name: str) -> None:
+    """Joints that stand while the wrist turns are beyond their limits in every solution: that is proven, and soon."""
+    robot, rng = arm(name), np.random.default_rng(9)
+    first, *rest = robot.mechanism.joints
+    tight = replace(first, limits=replace(first.limits, lower=-0.2, upper=0.2))
+    narrow = Robot(replace(robot.mechanism, joints=(tight, *rest)))
+    q = rng.uniform(-1.0, 1.0, (60, robot.n))
+    q[:, 0], q[:, 4] = rng.uniform(0.5, 1.0, 60), 10.0 ** rng.uniform(-11.0, -9.0, 60)
+    T = robot.forward_kinematics(q)
+    together(narrow, T)
+    batch = within(0.5, lambda: together(narrow, T))
+    assert {status.name for status in batch.status} <= {"BEYOND_LIMITS", "CONTINUUM", "SOLVED"}
+    beyond = np.flatnonzero(~batch.solved)
+    assert len(beyond) > 20
+    for i in beyond[:10]:
+        one = alone(narrow, T[i])
+        assert one.status is IKStatus.BEYOND_LIMITS
+        assert not one.within.any()
+
+
+def test_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many chunks, in which poses need care, handed to one thread or to three."""
+    robot, rng = arm("ur5e"), np.random.default_rng(10)
+    q = rng.uniform(-3.0, 3.0, (5000, robot.n))
+    q[::50, 4], q[::70, 4] = 0.0, 1e-10
+    T = robot.forward_kinematics(q)
+    T[::90, :3, 3] *= 4.0
+    found: list[SolutionBatch] = []
+    for threads in ("1", "3"):
+        monkeypatch.setenv("MAFSIL_THREADS", threads)
+        found.append(together(robot, T))
+    for name in ("q", "valid", "within", "codes", "free", "status_codes"):
+        np.testing.assert_array_equal(getattr(found[0], name), getattr(found[1], name))

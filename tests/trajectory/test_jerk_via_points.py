@@ -9,7 +9,10 @@ from scipy.optimize import differential_evolution
 from mafsil.errors import InputError
 from mafsil.trajectory import MotionLimits, Trajectory, jerk_limited, jerk_limited_through
 from mafsil.trajectory.jerk import ViaMotion
-from mafsil.trajectory.jerk.problem import JerkStatus
+from mafsil.trajectory.jerk.plan_loops import next_of, shortest_of
+from mafsil.trajectory.jerk.problem import JerkStatus, packed_limits
+from tests.budget import within
+from tests.reliability.jerk_limited import random_problems
 from tests.reliability.jerk_via_points import excess_through, random_vias
 
 
@@ -58,6 +61,36 @@ def test_a_straight_way_is_not_slowed_by_its_points():
     whole = jerk_limited([0.0], [2.0], limits)
     assert motion.duration == pytest.approx(whole.duration, rel=1e-4)
     assert motion.duration >= whole.duration - 1e-12
+
+
+def test_a_long_way_takes_time_in_proportion_and_no_longer_motion():
+    """Searched in stretches whose joints are searched again: as short as what its parts give one by one."""
+    limits = MotionLimits.of(7, velocity=1.5, acceleration=3.0, jerk=30.0)
+    points = np.cumsum(np.random.default_rng(1).uniform(-0.2, 0.2, (161, 7)), axis=0)
+    single(points[:4], limits)
+    motion = within(1.0, lambda: single(points, limits))
+    assert excess_through(motion) < 1e-9
+    np.testing.assert_allclose(motion.at(motion.passing).u, points, atol=1e-9)
+    assert motion.duration < 0.7 * motion.stops
+    joint = 53
+    assert np.any(motion.velocities[joint] != 0.0)
+    before, after = single(points[: joint + 1], limits), single(points[joint:], limits)
+    assert motion.duration < before.duration + after.duration
+
+
+@pytest.mark.parametrize("kind", ["arbitrary", "rest"])
+def test_durations_without_end_are_all_possible(kind: str):
+    """Where all longer durations are said to be possible, the next of each is itself; most states are of this kind."""
+    states, limits = random_problems(np.random.default_rng(3), 400, 5, kind)
+    packed, endless = packed_limits(limits, 5), 0
+    for row in states:
+        for i in range(5):
+            least, free = shortest_of(row, packed, i)
+            assert least == next_of(row, packed, i, False, 0.0)
+            endless += int(free)
+            for factor in (1.0 + 1e-9, 1.01, 1.1, 1.5, 3.0, 20.0) if free else ():
+                assert next_of(row, packed, i, False, factor * least) == pytest.approx(factor * least, rel=1e-12)
+    assert endless > 0.5 * states.shape[0] * 5
 
 
 def test_given_velocities_are_kept():

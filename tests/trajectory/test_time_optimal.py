@@ -14,6 +14,7 @@ from mafsil.trajectory.profiles import rest
 from mafsil.trajectory.splines import PiecewisePolynomial
 from mafsil.trajectory.timing import TimeOptimal
 from mafsil.trajectory.timing.timing_answer import TimingStatus
+from tests.budget import within
 
 ALLOWED = 1e-6
 
@@ -45,6 +46,34 @@ def test_limits_hold_between_the_places(seed: int, n: int, exponent: float) -> N
     assert answer.trajectory is not None
     np.testing.assert_allclose(answer.trajectory.at(answer.duration).u, path.at(path.end).u, atol=1e-9)
     np.testing.assert_allclose(answer.trajectory.at([0.0, answer.duration]).v, 0.0, atol=1e-9)
+
+
+def test_long_paths_are_timed_in_stretches_as_in_one() -> None:
+    """Beside a long path a short one is timed in stretches: to the bit as alone."""
+    walk = np.cumsum(np.random.default_rng(2).uniform(-0.2, 0.2, (600, 3)), axis=0)
+    limits = MotionLimits.of(3, velocity=1.5, acceleration=3.0)
+    short, long = JointPath.through(walk[:300]), JointPath.through(walk)
+    alone, beside = time_optimal(short, limits), time_optimal([short, long], limits)
+    assert alone.duration == beside[0].duration
+    for name in ("caps", "low", "high", "x"):
+        np.testing.assert_array_equal(getattr(alone.timing, name), getattr(beside[0].timing, name))
+    assert beside[1].excess <= ALLOWED
+    assert excess(beside[1]) <= ALLOWED
+
+
+def test_a_long_polygon_takes_the_sum_of_its_sides() -> None:
+    points = np.cumsum(np.random.default_rng(4).uniform(-0.2, 0.2, (501, 2)), axis=0)
+    limits = MotionLimits.of(2, velocity=1.5, acceleration=3.0)
+    whole = time_optimal(JointPath.through(points, "lines"), limits, intervals=2)
+    sides = [JointPath.through(points[k : k + 2], "lines") for k in range(500)]
+    assert whole.duration == pytest.approx(time_optimal(sides, limits, intervals=2).durations.sum(), rel=1e-12)
+
+
+def test_a_path_of_many_points_costs_what_its_points_cost() -> None:
+    limits = MotionLimits.of(7, velocity=1.5, acceleration=3.0)
+    points = np.cumsum(np.random.default_rng(1).uniform(-0.2, 0.2, (10_000, 7)), axis=0)
+    time_optimal(JointPath.through(points[:10]), limits)
+    assert within(0.2, lambda: time_optimal(JointPath.through(points), limits)).excess <= ALLOWED
 
 
 def test_a_straight_line_is_the_trapezoid_and_the_triangle() -> None:

@@ -129,7 +129,7 @@ def _continue(robot: Robot, q: JointVector, T: PoseMatrix) -> tuple[JointVector,
     everything, here = np.ones(6, dtype=np.bool_), q
     while s < 1.0:
         goal = start @ pose.exp(V * min(1.0, s + step))
-        trial, residual = refine_rows(robot, here[None], goal, everything, None)
+        trial, residual = refine_rows(robot, here[None], goal, everything)
         if residual[0] <= IDEAL_REACHED and np.abs(trial[0] - here).max() <= LEAP:
             here, s, step = trial[0], min(1.0, s + step), 2 * step
         elif step > SHORTEST:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import LARGEST, SMALLEST, as_batch, positive, single
+from mafsil.arrays import LARGEST, SMALLEST, JointVector, as_batch, positive, single
 from mafsil.errors import InputError
-from mafsil.ik.answers.one_pose import POSE, clear_set, judged_pose, one_pose
+from mafsil.ik.answers.one_pose import POSE, clear_set, judged_pose, one_pose, pose_near
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import MASKS, Quick, require_task, setting
 from mafsil.ik.answers.solution_set import SolutionSet
@@ -79,19 +79,20 @@ def inverse_kinematics(
         InputError: a wrong shape, no pose, an unknown task, a tolerance that is not positive.
         ModelError: an unknown frame.
     """
-    if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and q0 is None and not degrees:
+    if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and not degrees and _ready(robot, q0):
         plain = type(tolerance) is float and SMALLEST <= tolerance <= LARGEST and T_sd.dtype == np.float64
         # One pose as programs give it: the compiled closed form decides, and most often its rows are the answer.
         quick = _quick(robot, frame, task) if free is None else None
         if quick is not None and plain:
+            if q0 is not None:
+                return pose_near(quick, T_sd, cast("JointVector", q0), tolerance)
             q, details, decision = quick.call(T_sd, *quick.preferences, tolerance)
             if decision > 0.0:
-                chosen = quick.chosen.get(decision)
-                chosen = quick.rows(decision) if chosen is None else chosen
+                chosen = quick.rows(decision)
                 return clear_set(quick.setting, q[chosen], details, chosen)
             question = Question(quick.setting, T_sd.copy(), quick.setting.middle, tolerance)
             return judged_pose(question, (q, details, decision))
-        if plain and type(task) is str and task in MASKS:
+        if plain and q0 is None and type(task) is str and task in MASKS:
             arm = setting(robot, frame, task)
             if free is not None:
                 return at_parameter.with_parameter(arm, T_sd, free, tolerance)
@@ -99,6 +100,14 @@ def inverse_kinematics(
                 return redundant_single.redundant_single(arm, T_sd, arm.middle, tolerance)
     answer = _answer(as_robot(robot), T_sd, frame, task, q0, free, tolerance)
     return cast("SolutionSet", DegreesView(answer, as_robot(robot))) if degrees else answer
+
+
+def _ready(robot: Robot, q0: ArrayLike | None) -> bool:
+    """Whether preferred values are as programs give them: nothing has to be converted, and all are finite."""
+    if q0 is None:
+        return True
+    # A NaN is not less than anything.
+    return type(q0) is np.ndarray and q0.dtype == np.float64 and q0.shape == (robot.n,) and q0.dot(q0) < LARGEST
 
 
 def _answer(

@@ -2,36 +2,37 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil import threads
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
-from mafsil.ik.tolerances import (
-    EXACT_POSE,
-    LEAST_DAMPING,
-    NO_BETTER,
-    NO_COST,
-    NO_STEP,
-    REFINED_DAMPING,
-    SAME,
-    SINGULAR,
-    SMALLEST,
-)
+from mafsil.ik.tolerances import EXACT_POSE, LEAST_DAMPING, NO_COST, NO_STEP, REFINED_DAMPING, SAME, SMALLEST
+from mafsil.lazy_module import lazily
 from mafsil.robot import Robot
 
+if TYPE_CHECKING:
+    import mafsil.ik.refine_loops as refine_loops
+else:
+    refine_loops = lazily("mafsil.ik.refine_loops")
 
-def pose_errors(robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool_], frame: str | None) -> Floats:
+PART = 64
+"""Rows that one thread refines at a time."""
+
+
+def pose_errors(robot: Robot, q: JointVector, T_sd: PoseMatrix, mask: NDArray[np.bool_]) -> Floats:
     """(k, 6) twists from the reached to the requested pose, in the reached frame, zero in components that do not count.
 
     Args:
-        robot: any arm.
+        robot: any arm; its tip is asked for.
         q: (k, n) coordinates.
         T_sd: (4, 4) requested pose, or (k, 4, 4).
         mask: (6) components that count.
-        frame: name of the link, or None for the tip.
     """
-    T = robot.forward_kinematics(q, frame=frame) if len(q) else np.zeros((0, 4, 4))
+    T = robot.forward_kinematics(q) if len(q) else np.zeros((0, 4, 4))
     return task_error(T, np.broadcast_to(T_sd, T.shape), mask)
 
 
@@ -69,51 +70,39 @@ def refine_rows(
     q: JointVector,
     T_sd: PoseMatrix,
     mask: NDArray[np.bool_],
-    frame: str | None,
     *,
     steps: int = 8,
     locked: tuple[int, ...] | NDArray[np.bool_] = (),
 ) -> tuple[JointVector, Floats]:
-    """Newton steps of least norm that never make the error larger, of rows of one pose or of many.
-
-    1. The error of every row; rows that are exact stand.
-    2. The step J+ e, as long as half a radian at most; joints that are locked have no column in J.
-    3. A row is moved where its error becomes smaller; where it does not, it has converged.
+    """Newton steps of least norm that never make the error larger, of rows of one pose or of many; see `refine_loops`.
 
     Args:
-        robot: whose joints are sought.
+        robot: whose joints are sought; its tip is asked for.
         q: (k, n) starts.
         T_sd: (4, 4) requested pose, or (k, 4, 4) one of each row.
         mask: (6) components of the error that count.
-        frame: name of the link, or None for the tip.
         steps: most steps.
         locked: coordinates that stay, of all rows, or (k, n) which stay of each.
 
     Returns:
         (k, n) and (k,) residuals.
     """
-    moving = ~locked if isinstance(locked, np.ndarray) else np.array([i not in locked for i in range(robot.n)])
-    moving, T_sd = np.broadcast_to(moving, q.shape), np.broadcast_to(T_sd, (len(q), 4, 4))
-    # 1.
-    q, error = q.copy(), pose_errors(robot, q, T_sd, mask, frame)
-    size = residuals(error)
-    rows = np.flatnonzero(size > NO_BETTER)
-    for _ in range(steps):
-        if not len(rows):
-            break
-        # 2.
-        J = robot.jacobian_body(q[rows], frame=frame) * mask[:, None] * moving[rows][:, None]
-        step = (np.linalg.pinv(J, rcond=SINGULAR) @ error[rows, :, None])[:, :, 0]
-        length = np.abs(step).max(axis=1, keepdims=True)
-        trial = q[rows] + step * np.minimum(1.0, 0.5 / np.maximum(length, SMALLEST))
-        # 3.
-        trial_error = pose_errors(robot, trial, T_sd[rows], mask, frame)
-        trial_size = residuals(trial_error)
-        better = trial_size < size[rows]
-        rows = rows[better]
-        q[rows], error[rows], size[rows] = trial[better], trial_error[better], trial_size[better]
-        rows = rows[size[rows] > NO_BETTER]
-    return q, size
+    if not q.size:
+        return q.copy(), residuals(pose_errors(robot, q, T_sd, mask))
+    given = ~locked if isinstance(locked, np.ndarray) else np.array([i not in locked for i in range(robot.n)])
+    moving = np.ascontiguousarray(np.broadcast_to(given, q.shape))
+    goals = np.broadcast_to(T_sd, (len(q), 4, 4)).reshape(-1, 16)
+    refined, size, counting = np.array(q, order="C"), np.empty(len(q)), mask.astype(np.float64)
+    # Held here while the loop has their addresses.
+    poses, jacobians = robot.kernel("forward_kinematics"), robot.kernel("jacobian_body")
+    entries = poses.addresses.few, jacobians.addresses.few
+
+    def part(k: int) -> None:
+        of = slice(k * PART, (k + 1) * PART)
+        refine_loops.refine(*entries, refined[of], goals[of], counting, moving[of], steps, size[of])
+
+    threads.run(part, -(-len(q) // PART), threads.available())
+    return refined, size
 
 
 def least_squares(
@@ -134,7 +123,7 @@ def least_squares(
         (k, n) and (k,) residuals, the larger of angle and distance.
     """
     T_sd = np.broadcast_to(T_sd, (len(q), 4, 4))
-    q, error, unit = q.copy(), pose_errors(robot, q, T_sd, mask, None), np.eye(robot.n)
+    q, error, unit = q.copy(), pose_errors(robot, q, T_sd, mask), np.eye(robot.n)
     cost, damping = (error**2).sum(axis=1), np.full(len(q), REFINED_DAMPING)
     moving = np.arange(len(q))
     for _ in range(steps):
@@ -148,7 +137,7 @@ def least_squares(
         step = np.asarray(np.linalg.solve(normal, downhill)[:, :, 0], dtype=np.float64)
         length = np.abs(step).max(axis=1, keepdims=True)
         trial = q[moving] + step * np.minimum(1.0, 0.5 / np.maximum(length, SMALLEST))
-        trial_error = pose_errors(robot, trial, T_sd[moving], mask, None)
+        trial_error = pose_errors(robot, trial, T_sd[moving], mask)
         trial_cost = (trial_error**2).sum(axis=1)
         better = trial_cost < cost[moving]
         rows = moving[better]

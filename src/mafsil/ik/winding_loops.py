@@ -1,4 +1,4 @@
-"""Whole turns of revolute joints, compiled: angles near a value and within limits, the nearest of several solutions."""
+"""Whole turns of revolute joints, compiled: angles near a value and within limits, and solutions that are one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import ceil, inf, nan, pi, sqrt
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats
-from mafsil.ik.tolerances import ON_LIMIT, WHOLE_TURN
+from mafsil.ik.tolerances import ON_LIMIT, SAME, WHOLE_TURN
 from mafsil.kernels.loops.loop import compiled, inlined
 
 TURN = 2 * pi
@@ -72,3 +72,30 @@ def nearest_rows(q: Floats, valid: Booleans, start: Floats, lower: Floats, upper
                 least = cost
                 nearest[i] = wound
     return nearest
+
+
+@compiled
+def unique_rows(q: Floats, good: Booleans, revolute: Booleans) -> None:
+    """Take away rows that repeat an earlier good row of their pose, up to whole turns.
+
+    Args:
+        q: (m, k, n) coordinates.
+        good: (m, k) which of them are solutions, changed.
+        revolute: (n,) which coordinates are angles.
+    """
+    for i in range(len(q)):
+        for k in range(1, q.shape[1]):
+            for earlier in range(k):
+                if good[i, k] and good[i, earlier] and _are_one(q[i, k], q[i, earlier], revolute):
+                    good[i, k] = False
+
+
+@compiled
+def _are_one(one: Floats, other: Floats, revolute: Booleans) -> bool:
+    for j in range(len(one)):
+        apart = one[j] - other[j]
+        if revolute[j]:
+            apart -= TURN * round(apart / TURN)
+        if not abs(apart) <= SAME:
+            return False
+    return True

@@ -1,5 +1,7 @@
 """Small symmetric matrices factored, S = L L', compiled: a row and column more or less without factoring anew.
 
+And tridiagonal systems.
+
 Reference:
     P. E. Gill, G. H. Golub, W. Murray and M. A. Saunders, Methods for modifying matrix factorizations, Mathematics of
     Computation 28, 1974.
@@ -102,3 +104,24 @@ def drop_row(L: Floats, m: int, gone: int, column: Floats) -> None:
             below = c * L[i, k] + s * column[i]
             column[i] = c * column[i] - s * L[i, k]
             L[i, k] = below
+
+
+@compiled
+def solve_tridiagonal(lower: Floats, diagonal: Floats, upper: Floats, x: Floats) -> None:
+    """A system that needs no pivots, by elimination, in place; the diagonal is written over.
+
+    Args:
+        lower, diagonal, upper: (k,) of which the first of `lower` and the last of `upper` do not count.
+        x: (k, m) right sides, then solutions.
+    """
+    k, m = x.shape
+    for i in range(1, k):
+        weight = lower[i] / diagonal[i - 1]
+        diagonal[i] -= weight * upper[i - 1]
+        for j in range(m):
+            x[i, j] -= weight * x[i - 1, j]
+    for j in range(m):
+        x[k - 1, j] /= diagonal[k - 1]
+    for i in range(k - 2, -1, -1):
+        for j in range(m):
+            x[i, j] = (x[i, j] - upper[i] * x[i + 1, j]) / diagonal[i]

@@ -13,6 +13,7 @@ from mafsil.arrays import Floats, frozen, real_array, require_finite, require_ki
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Trajectory, times
 from mafsil.trajectory.profiles.polynomial import cubic_coefficients, quintic_coefficients
+from mafsil.trajectory.splines.cubic_spline import spline_velocities
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial, way_length
 from mafsil.trajectory.tolerances import CORNER, REPEATED
 
@@ -85,7 +86,7 @@ class JointPath:
             return cls(
                 PiecewisePolynomial.from_pieces(h, np.stack([u[:-1], np.diff(u, axis=0) / h[:, None]], 1)), merged
             )
-        slopes = natural_slopes(u, h)
+        slopes = spline_velocities(u, h, "natural")
         rows = cubic_coefficients(u[:-1], u[1:], slopes[:-1], slopes[1:], h[:, None])
         return cls(PiecewisePolynomial.from_pieces(h, rows.transpose(1, 0, 2)), merged)
 
@@ -125,7 +126,7 @@ class JointPath:
 
     @cached_property
     def _length(self) -> float:
-        return way_length(lambda s: self.at(s).slope, self.breaks())
+        return way_length(lambda s: self.curve.derivative(s, 1), self.breaks())
 
     @property
     def n(self) -> int:
@@ -199,31 +200,3 @@ class JointPath:
 
     def __repr__(self) -> str:
         return f"JointPath(n={self.n}, length={self.length:.6g}, pieces={len(self.curve.knots) - 1})"
-
-
-def natural_slopes(u: Floats, h: Floats) -> Floats:
-    """(k, n) slopes at the points of the cubic spline whose curvature is continuous, and zero at both ends.
-
-    1. Rows  2 m_0 + m_1 = 3 d_0;  m_{i-1}/h_{i-1} + 2 (1/h_{i-1} + 1/h_i) m_i + m_{i+1}/h_i
-       = 3 (d_{i-1}/h_{i-1} + d_i/h_i);  m_{k-2} + 2 m_{k-1} = 3 d_{k-2},  where d are the chords' slopes.
-    2. Elimination without exchanges; the matrix is diagonally dominant.
-
-    Args:
-        u: (k, n) points, k >= 2.
-        h: (k - 1,) distances.
-    """
-    # 1.
-    chords, w = np.diff(u, axis=0) / h[:, None], 1.0 / h
-    below, above = np.append(w[:-1], 1.0), np.append(1.0, w[1:])
-    diagonal = np.concatenate([[2.0], 2.0 * (w[:-1] + w[1:]), [2.0]])
-    weighted = chords * w[:, None]
-    m = 3.0 * np.concatenate([chords[:1], weighted[:-1] + weighted[1:], chords[-1:]])
-    # 2.
-    for i in range(1, len(u)):
-        factor = below[i - 1] / diagonal[i - 1]
-        diagonal[i] -= factor * above[i - 1]
-        m[i] -= factor * m[i - 1]
-    m[-1] /= diagonal[-1]
-    for i in range(len(u) - 2, -1, -1):
-        m[i] = (m[i] - above[i] * m[i + 1]) / diagonal[i]
-    return m

@@ -103,7 +103,7 @@ class CandidateTable(NamedTuple):
     @classmethod
     def of(cls, columns: Floats) -> Self:
         """Views of the kernel's (*batch, rows, 6)."""
-        return cls._make(np.moveaxis(columns, -1, 0))
+        return cls._make(columns.T if columns.ndim == 2 else np.moveaxis(columns, -1, 0))
 
     def at(self, index: object) -> Self:
         """Those of some poses."""

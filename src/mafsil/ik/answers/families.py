@@ -127,7 +127,7 @@ class Continua:
         """Whether the motion goes on for a step, to one side at least: more than a singular configuration."""
         way = step * rates / np.abs(rates).max()
         for start in (q + way, q - way):
-            moved, size = refine_rows(self.setting.robot, start[None], self.T, self.setting.mask, None, locked=(joint,))
+            moved, size = refine_rows(self.setting.robot, start[None], self.T, self.setting.mask, locked=(joint,))
             if size[0] <= self.tolerance and np.abs(moved[0] - q).max() > step / 2:
                 return True
         return False
@@ -149,7 +149,7 @@ class Continua:
         for preferred in self._prefer(setting.arm.form, target, chosen):
             table = setting.arm.form.solve(self.T, preferred)
             q = wound_near(table.q, target, setting.lower, setting.upper, setting.revolute)
-            q, residual = refine_rows(setting.robot, q, self.T, setting.mask, None, locked=tuple(chosen))
+            q, residual = refine_rows(setting.robot, q, self.T, setting.mask, locked=tuple(chosen))
             off = np.abs(q[:, chosen] - target[chosen]).max(axis=1)
             # Joints that do not move in the family stand; then the same root: another may come nearer on a long way.
             fixed = (rates == 0.0) & (chosen == [joint])
@@ -194,9 +194,7 @@ class Continua:
         for s in np.linspace(0.0, 1.0, count + 1)[1:]:
             before, q = q, q + ahead
             q[joints] = start[joints] + s * way
-            moved, size = refine_rows(
-                setting.robot, q[None], self.T, setting.mask, None, steps=PATIENT, locked=tuple(joints)
-            )
+            moved, size = refine_rows(setting.robot, q[None], self.T, setting.mask, steps=PATIENT, locked=tuple(joints))
             if size[0] > self.tolerance:
                 return np.full(len(start), np.nan)
             q = moved[0]

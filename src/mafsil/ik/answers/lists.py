@@ -17,21 +17,26 @@ again, and where they still reach the pose the outer joints are free.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.geometry import rotation
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.refine import least_squares, refine_rows
 from mafsil.ik.structure.closed_form import ClosedForm
-from mafsil.ik.tolerances import EXACT_POSE, FINEST, HIDDEN, PART_OF_BEND, REACHED, SAME, SELF_MOTION, STRAIGHT
+from mafsil.ik.tolerances import FINEST, HIDDEN, PART_OF_BEND, REACHED, SELF_MOTION, STRAIGHT
 from mafsil.ik.winding import wound_near
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
-from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE, ON_LIMIT
+from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE, ON_LIMIT, WRIST_JOINTS
+
+if TYPE_CHECKING:
+    import mafsil.ik.winding_loops as winding_loops
+else:
+    winding_loops = lazily("mafsil.ik.winding_loops")
 
 NEARLY = 1e-2
 """Angle up to which a wrist may be straight but for rounding [rad]: four merged roots are split by its fourth root."""
@@ -70,7 +75,8 @@ def exact_lists(setting: Setting, q: JointVector, details: CandidateTable, toler
         details: of the rows.
         tolerance: largest residual of a solution.
     """
-    valid = unique_rows(q, details.residual <= tolerance, setting.revolute)
+    valid = np.array(details.residual <= tolerance)
+    winding_loops.unique_rows(q, valid, setting.revolute)
     within = valid & (details.excess <= ON_LIMIT)
     codes, free = _whole(details.code), np.where(valid, _whole(details.free), 0)
     return Lists(q, details.residual, valid, within, codes, free, np.zeros(len(q), dtype=np.bool_))
@@ -102,14 +108,13 @@ def refined_lists(
         moved[rest], reached[rest] = least_squares(setting.robot, moved[rest], poses[rest], setting.mask)
     else:
         steps = PATIENT if setting.quartic else 8
-        moved[rest], reached[rest] = refine_rows(
-            setting.robot, moved[rest], poses[rest], setting.mask, None, steps=steps
-        )
+        moved[rest], reached[rest] = refine_rows(setting.robot, moved[rest], poses[rest], setting.mask, steps=steps)
     moved[rest] = wound_near(moved[rest], q0, setting.lower, setting.upper, setting.revolute)
     q, residual, free = q.copy(), details.residual.copy(), np.zeros(usable.shape, dtype=np.int64)
     q[pose_of, row], residual[pose_of, row], free[pose_of, row] = moved, reached, loose
     # 3. Merged.
-    valid = unique_rows(q, usable & (residual <= tolerance), setting.revolute)
+    valid = usable & (residual <= tolerance)
+    winding_loops.unique_rows(q, valid, setting.revolute)
     within = valid & setting.within_limits(q)
     free[~valid] = 0
     # 4. Certified.
@@ -118,31 +123,6 @@ def refined_lists(
     doubtful = valid & (free == 0) & ((details.margin <= APART) | (np.abs(residual - details.residual) > 0.0))
     _add_self_motions(setting, T, q, free, doubtful & ~unproven[:, None], tolerance)
     return Lists(q, residual, valid, within, codes, free, unproven)
-
-
-def unique_rows(q: JointVector, good: NDArray[np.bool_], revolute: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(k, rows) rows that are good and repeat no earlier good row of their pose, up to whole turns.
-
-    Args:
-        q: (k, rows, n) coordinates.
-        good: (k, rows) which of them are solutions.
-        revolute: (n,) which coordinates are angles.
-    """
-    good, count = good.copy(), good.shape[1]
-    first, second = np.triu_indices(count, 1)
-    pose_of, pair = np.nonzero(good[:, first] & good[:, second])
-    for i in range(q.shape[2]):
-        apart: Floats = q[pose_of, first[pair], i] - q[pose_of, second[pair], i]
-        if revolute[i]:
-            apart -= 2 * np.pi * np.round(apart / (2 * np.pi))
-        alike = np.abs(apart) <= SAME
-        pose_of, pair = pose_of[alike], pair[alike]
-    if len(pair):
-        same = np.zeros((len(q), count, count), dtype=np.bool_)
-        same[pose_of, second[pair], first[pair]] = True
-        for k in range(1, count):
-            good[:, k] &= ~(same[:, k, :k] & good[:, :k]).any(axis=1)
-    return good
 
 
 def complete(setting: Setting, codes: NDArray[np.int64], residual: Floats) -> bool:
@@ -181,18 +161,36 @@ def _open(
     q, details, usable = rows
     loose = _whole(details.free)
     inside = ((q >= setting.lower) & (q <= setting.upper)).all(axis=-1) & (details.residual <= setting.candidate)
-    chosen = (loose > 0).any(axis=1) & ~inside.any(axis=1)
     first = sum(1 << j for j in form.pattern.joints[: FIRST_JOINTS.get(form.pattern.family, 0)] if j >= 0)
+    may_enter = _may_enter(setting, form.pattern, (q, details), first)
+    chosen = may_enter.any(axis=1) & ~inside.any(axis=1)
     crossing = (usable & (loose & first > 0)).any(axis=1)
     found = valid.any(axis=1)
     least = np.fmin(details.residual, details.subproblem_residual)
     nearly = np.nan_to_num(least, nan=np.inf).min(axis=1) <= LOOSE
     missing = ~found & (nearly | (not setting.decisive) | (tolerance > LOOSE))
-    unsettled = (valid & (loose > 0)).any(axis=1) | setting.quartic
+    unsettled = (valid & may_enter).any(axis=1) | setting.quartic
     unsettled |= (valid & setting.merged_twice(_whole(details.code))).any(axis=1)
     if setting.few:
         unsettled |= (valid & (details.residual > REACHED)).any(axis=1)
     return chosen | crossing | missing | (found & ~within.any(axis=1) & unsettled)
+
+
+def _may_enter(
+    setting: Setting, pattern: ArmPattern, rows: tuple[JointVector, CandidateTable], first: int
+) -> NDArray[np.bool_]:
+    """(k, rows) whether free joints may be chosen so that a row is within the limits, as the compiled decision says it.
+
+    Where joints of the wrist alone are free, those that stand while it turns have to be within theirs.
+    """
+    q, details = rows
+    loose = _whole(details.free)
+    wrist = [pattern.joints[k] for k in WRIST_JOINTS.get(pattern.family, range(len(pattern.joints)))]
+    standing = np.setdiff1d(np.arange(setting.robot.n), wrist)
+    low, high, there = setting.lower[standing] - LOOSE, setting.upper[standing] + LOOSE, q[..., standing]
+    inside = ((there >= low) & (there <= high)).all(axis=-1) & (details.residual <= setting.candidate)
+    known = (loose & first == 0) & (loose < 1 << pattern.n) & (not setting.quartic)
+    return np.asarray((loose > 0) & (~known | inside), dtype=np.bool_)
 
 
 def _add_self_motions(
@@ -206,7 +204,8 @@ def _add_self_motions(
 
 
 def _whole(x: Floats) -> NDArray[np.int64]:
-    return np.nan_to_num(x).astype(np.int64)
+    """Whole numbers; zero for NaN."""
+    return np.where(np.isfinite(x), x, 0.0).astype(np.int64)
 
 
 STEP = 0.02
@@ -248,7 +247,7 @@ def moving_joints(setting: Setting, q: JointVector, T: PoseMatrix, tolerance: fl
     locked = np.zeros(starts.shape, dtype=np.bool_)
     locked[np.arange(len(starts)), np.tile(best, 2)] = True
     # 3.
-    moved, size = refine_rows(setting.robot, starts, np.tile(T[rows], (2, 1, 1)), setting.mask, None, locked=locked)
+    moved, size = refine_rows(setting.robot, starts, np.tile(T[rows], (2, 1, 1)), setting.mask, locked=locked)
     away = np.abs(moved - np.tile(q[rows], (2, 1))).max(axis=1) > STEP / 2
     moves = ((size <= tolerance) & away).reshape(2, -1).any(axis=0)
     joint[rows[moves]] = best[moves]
@@ -271,27 +270,16 @@ def straighten_wrist(
     if not bend or not len(q) or bend[0] < 0 or loose[0] < 0:
         return q, free
     poses = np.broadcast_to(T, (len(q), 4, 4))
-    for value in _straight(pattern):
+    for value in setting.straight:
         off = (q[:, bend[0]] - value + np.pi) % (2 * np.pi) - np.pi
         rows = np.flatnonzero((np.abs(off) < NEARLY) & ((free >> loose[0]) % 2 == 0))
         if len(rows):
             start = q[rows]
             start[:, bend[0]] -= off[rows]
-            found, residual = refine_rows(setting.robot, start, poses[rows], setting.mask, None, locked=bend)
+            found, residual = refine_rows(setting.robot, start, poses[rows], setting.mask, locked=bend)
             reached = residual <= np.maximum(STRAIGHT, np.minimum(HIDDEN, PART_OF_BEND * np.abs(off[rows])))
             rows = rows[reached]
             q, free = q.copy(), free.copy()
             q[rows] = found[reached]
             free[rows] += 1 << loose[0]
     return q, free
-
-
-def _straight(pattern: ArmPattern) -> list[float]:
-    """Values of the fifth joint that make the sixth axis parallel to the fourth, or to the three parallel ones."""
-    outer, w5, w6 = pattern.axes[3 if pattern.family is Family.SPHERICAL_WRIST else 1], *pattern.axes[4:6]
-    found: list[float] = []
-    for goal in (outer, -outer):
-        value = float(np.arctan2(w5 @ np.cross(w6, goal), w6 @ goal - (w5 @ w6) * (w5 @ goal)))
-        if np.abs(rotation.exp(w5 * value) @ w6 - goal).max() < EXACT_POSE:
-            found.append(value)
-    return found

@@ -8,11 +8,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil import threads
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.almost_ideal import one_by_one
 from mafsil.ik.answers.batch import Columns, SolutionBatch
@@ -34,7 +36,9 @@ from mafsil.mechanics.arm_pattern import FailedStep
 from mafsil.mechanics.closed_form.thresholds import APART, ON_LIMIT
 
 CHUNK = 2048
-"""Poses whose details are kept at once; memory beyond the results does not grow with the batch."""
+"""Poses whose details a thread keeps at once; memory beyond the results does not grow with the batch."""
+BLOCK = 32
+"""Chunks that are handed to threads together."""
 
 FEW = 256
 """Poses of a batch whose details are kept, so that masks, residuals and statuses are made when they are read."""
@@ -91,6 +95,10 @@ class _Rest(NamedTuple):
         return _Rest(self.at[which], self.T[which], self.details.at(which), self.decision[which])
 
 
+_Unclear: TypeAlias = tuple[NDArray[np.intp], Floats, Floats]
+"""Poses of a chunk whose lists are not clear: which they are, details of their rows, decisions."""
+
+
 class _Judged:
     """A batch by the compiled closed form of one arm."""
 
@@ -125,25 +133,36 @@ class _Judged:
         return self._columns
 
     def many(self, T: PoseMatrix) -> None:
-        """The results of poses (k, 4, 4), chunk by chunk."""
+        """The results of poses (k, 4, 4), chunk by chunk; those of a block on all threads."""
         count, rows, n = len(T), self.form.pattern.branches, self.setting.robot.n
         self._columns = made = _empty(np.empty((count, rows, n)))
-        kept = _WORK.pop() if _WORK else np.empty(0)
-        kept = kept if kept.size >= CHUNK * (6 * rows + 1) else np.empty(CHUNK * (6 * rows + 1))
-        decision, known = kept[:CHUNK], kept[CHUNK : CHUNK * (6 * rows + 1)].reshape(CHUNK, rows, 6)
-        waiting: list[tuple[NDArray[np.intp], Floats, Floats]] = []
-        for begin in range(0, count, CHUNK):
-            end = min(begin + CHUNK, count)
-            details, decided = known[: end - begin], decision[: end - begin]
-            self.kernel(T[begin:end], *self.preferences, out=(made.q[begin:end], details, decided))
-            self._fill(Columns._make(column[begin:end] for column in made), CandidateTable.of(details))
-            rest = np.flatnonzero(~(decided > 0.0))
-            if len(rest):
-                waiting.append((begin + rest, details[rest], decided[rest]))
-            if waiting and (end == count or sum(len(one[0]) for one in waiting) >= CHUNK):
+        chunk = min(CHUNK, max(FEW, -(-count // threads.available())))
+        begins, waiting = range(0, count, chunk), list[_Unclear]()
+        for first in range(0, len(begins), BLOCK):
+            block = begins[first : first + BLOCK]
+            found: list[_Unclear | None] = [None] * len(block)
+            threads.run(partial(self._chunk, T, made, block, found), len(block), threads.available())
+            waiting += [one for one in found if one is not None]
+            if waiting and (first + BLOCK >= len(begins) or sum(len(one[0]) for one in waiting) >= CHUNK):
                 at, columns, decisions = (np.concatenate(parts) for parts in zip(*waiting, strict=True))
                 self._settle(made, _Rest(at, T[at], CandidateTable.of(columns), decisions))
                 waiting = []
+
+    def _chunk(self, T: PoseMatrix, made: Columns, begins: range, found: list[_Unclear | None], k: int) -> None:
+        """One chunk of a block, into the results; what is not clear is put aside."""
+        rows, begin = self.form.pattern.branches, begins[k]
+        end, size = min(begin + begins.step, len(T)), CHUNK * (6 * rows + 1)
+        try:
+            kept = _WORK.pop()
+        except IndexError:
+            kept = np.empty(0)
+        kept = kept if kept.size >= size else np.empty(size)
+        details, decided = kept[CHUNK:size].reshape(CHUNK, rows, 6)[: end - begin], kept[: end - begin]
+        self.kernel(T[begin:end], *self.preferences, out=(made.q[begin:end], details, decided), threads=1)
+        self._fill(Columns._make(column[begin:end] for column in made), CandidateTable.of(details))
+        rest = np.flatnonzero(~(decided > 0.0))
+        if len(rest):
+            found[k] = begin + rest, details[rest], decided[rest]
         _WORK.append(kept)
 
     def _fill(self, columns: Columns, details: CandidateTable) -> None:

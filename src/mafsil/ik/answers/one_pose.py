@@ -9,25 +9,30 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
-from mafsil.ik.answers.lists import SAME, complete, refined_lists
+from mafsil.ik.answers.lists import complete, refined_lists
 from mafsil.ik.answers.question import Question
-from mafsil.ik.answers.setting import Setting, turns_of
+from mafsil.ik.answers.setting import Quick, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import clean_poses, printed_pose
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
+from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import REACHED
-from mafsil.ik.winding import TURN
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.closed_form.thresholds import APART
 
 if TYPE_CHECKING:
     import mafsil.ik.answers.redundant_single as redundant_single
     import mafsil.ik.redundant.at_parameter as at_parameter
+    import mafsil.ik.winding_loops as winding_loops
 else:
     at_parameter = lazily("mafsil.ik.redundant.at_parameter")
     redundant_single = lazily("mafsil.ik.answers.redundant_single")
+    winding_loops = lazily("mafsil.ik.winding_loops")
 
 POSE = (4, 4)
+CAREFUL, NONE, NO_POSE, REPEATED = (
+    float(each) for each in (Decision.CAREFUL, Decision.NONE, Decision.NO_POSE, Decision.REPEATED)
+)
+"""Decisions as the compiled closed form gives them: members of an enumeration take a microsecond to be read."""
 
 
 def one_pose(
@@ -56,6 +61,24 @@ def one_pose(
     return at_parameter.answer_at(Question(setting, goal, q0, tolerance, others))
 
 
+def pose_near(quick: Quick, T: PoseMatrix, q0: JointVector, tolerance: float) -> SolutionSet:
+    """All solutions of one pose from the compiled closed form, with preferred values.
+
+    Args:
+        quick: the closed form.
+        T: (4, 4) requested pose.
+        q0: (n,) coordinates of the whole robot.
+        tolerance: largest residual of a solution.
+
+    Raises:
+        InputError: no pose.
+    """
+    setting, others = quick.setting, q0.copy()
+    own = setting.part.own(others)
+    judged = quick.call(T, own, turns_of(own), *setting.bounds, tolerance)
+    return judged_pose(Question(setting, T.copy(), own, tolerance, others), judged)
+
+
 def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -> SolutionSet:
     """The answer from the rows of the closed form.
 
@@ -67,12 +90,21 @@ def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -
         InputError: no pose.
     """
     q, columns, decision = judged
-    if decision != Decision.CAREFUL:
-        if decision == Decision.NO_POSE:
+    if decision > 0.0:
+        assert question.setting.quick is not None
+        return _list_of(question, q, columns, question.setting.quick.rows(decision), isolated=True)
+    if decision == NONE:
+        return _list_of(question, q, columns, slice(0, 0), isolated=False)
+    if decision != CAREFUL:
+        if decision == NO_POSE:
             goal = printed_pose("T_sd", question.T)
             return one_pose(question.setting, goal, question.q0, question.tolerance, question.others)
-        rows = [] if decision == Decision.NONE else distinct_rows(q, columns, question)
-        return exact_set(question, q, columns, rows)
+        good = columns[None, :, 0] <= question.tolerance
+        winding_loops.unique_rows(q[None], good, question.setting.revolute)
+        answer = _list_of(question, q, columns, np.flatnonzero(good), isolated=False)
+        # No two branches meet: only where the Jacobian says so may a solution move.
+        answer._apart = decision == REPEATED and question.setting.decisive  # pyright: ignore[reportPrivateUsage]
+        return answer
     setting, form = question.setting, question.setting.arm.form
     assert form is not None
     question.T = clean_poses(question.T[None])[0][0]
@@ -87,46 +119,13 @@ def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -
     codes, residual = lists.codes[0, found], lists.residual[0, found]
     known = True if complete(setting, codes, residual) else None
     rest = lists.within[0, found], found, codes, lists.free[0, found]
-    return SolutionSet(
+    answer = SolutionSet(
         question, lists.q[0, found], residual, *rest, method="closed form", complete=known, isolated=False
     )
-
-
-def distinct_rows(q: JointVector, columns: Floats, question: Question) -> list[int]:
-    """The rows of one pose that are solutions, each of them once; of so few numbers Python makes the least work.
-
-    Args:
-        q: (rows, m) coordinates.
-        columns: (rows, 6) details.
-        question: gives the tolerance and which coordinates are angles.
-    """
-    setting, tolerance = question.setting, question.tolerance
-    revolute = setting.revolute.tolist()
-    # Elsewhere rows with branch margins far from zero are distinct.
-    all_may_repeat = setting.quartic or not setting.plain
-    kept: list[int] = []
-    seen: list[list[float]] = []
-    for k, (residual, _, free, _, margin, _) in enumerate(columns.tolist()):
-        if not residual <= tolerance:
-            continue
-        if all_may_repeat or free > 0.0 or margin < APART:
-            row = q[k].tolist()
-            if any(_alike(row, other, revolute) for other in seen):
-                continue
-            seen.append(row)
-        kept.append(k)
-    return kept
-
-
-def _alike(one: list[float], other: list[float], revolute: list[bool]) -> bool:
-    """Whether coordinates are equal up to whole turns."""
-    for a, b, turns in zip(one, other, revolute, strict=True):
-        apart = a - b
-        if turns:
-            apart -= TURN * round(apart / TURN)
-        if abs(apart) > SAME:
-            return False
-    return True
+    if len(found) and not rest[0].any() and (columns[found, 2] > 0.0).any():
+        # The list is not open: no value of the joints that are free leads into the limits.
+        vars(answer)["status"] = IKStatus.BEYOND_LIMITS
+    return answer
 
 
 _new = object.__new__
@@ -149,20 +148,22 @@ def clear_set(setting: Setting, q: JointVector, details: Floats, chosen: slice |
     return answer
 
 
-def exact_set(question: Question, q: JointVector, details: Floats, rows: list[int]) -> SolutionSet:
-    """The solutions of a pose whose list is exact, but where branches may meet and joints be free; or there are none.
+def _list_of(
+    question: Question, q: JointVector, details: Floats, chosen: slice | NDArray[np.intp], *, isolated: bool
+) -> SolutionSet:
+    """Some rows of the closed form as the answer to a question.
 
     Args:
         question: about the pose.
         q: (rows, m) coordinates of all rows of the closed form.
         details: (rows, 6) of them.
-        rows: which of them are solutions, each of them once.
+        chosen: which of them are solutions, each of them once.
+        isolated: whether it is known that none of them can move.
     """
-    chosen = np.array(rows, dtype=np.intp)
     answer = clear_set(question.setting, q[chosen], details, chosen)
     if question.setting.part.places is not None:
         answer.q = question.setting.part.lift(answer.own, question.others)
-    answer._isolated = False  # pyright: ignore[reportPrivateUsage]
+    answer._isolated = isolated  # pyright: ignore[reportPrivateUsage]
     vars(answer)["_question"] = question
     return answer
 

@@ -47,7 +47,6 @@ class Question:
         q0: (n,) values that free and locked joints take, and to which angles are wound.
         tolerance: largest residual of a solution.
         others: coordinates of the whole robot, where the joints that do not move the frame are.
-        search: from many starts, and what it tried.
     """
 
     def __init__(
@@ -61,7 +60,13 @@ class Question:
     ) -> None:
         self.setting, self.T, self.q0, self.tolerance = setting, T, q0, tolerance
         self.others = setting.part.middle if others is None else others
-        self.search = Search(setting, T, tolerance) if search is None else search
+        if search is not None:
+            vars(self)["search"] = search
+
+    @lazy
+    def search(self) -> Search:
+        """The searches from many starts, and what they tried."""
+        return Search(self.setting, self.T, self.tolerance)
 
     def answer(self) -> SolutionSet:
         """The solutions."""
@@ -75,9 +80,7 @@ class Question:
             q, residual = least_squares(setting.robot, candidates.q, self.T, setting.mask)
         else:
             steps = 40 if setting.quartic else 8
-            q, residual = refine_rows(
-                setting.robot, candidates.q, self.T, setting.mask, None, locked=arm.locked, steps=steps
-            )
+            q, residual = refine_rows(setting.robot, candidates.q, self.T, setting.mask, locked=arm.locked, steps=steps)
         good = np.flatnonzero(residual <= self.tolerance)
         candidates, residual = candidates.chosen(good, q), residual[good]
         if not len(good) and not setting.decisive and not self._proven(arm, 0) and not self.unreachable:

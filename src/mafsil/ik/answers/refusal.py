@@ -14,7 +14,6 @@ from mafsil.geometry import pose
 from mafsil.ik.answers.branch import failed_step
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.problem import reach_bound
 from mafsil.ik.refine import least_squares, pose_errors, residuals
 from mafsil.ik.result import IKResult, IKStatus, rounded_up
 from mafsil.ik.tolerances import (
@@ -126,7 +125,7 @@ def refusal(
     places = setting.nothing if reached is None else reached.q[reached.solved]
     if len(places):
         q = _least_turned(setting, T, places, q)
-    error = pose_errors(setting.robot, q[None], T, setting.mask, None)[0]
+    error = pose_errors(setting.robot, q[None], T, setting.mask)[0]
     position, rotation = float(np.linalg.norm(error[3:])), float(np.linalg.norm(error[:3]))
     known: dict[str, object] = {"position_error": position, "rotation_error": rotation, "joints": n, **tried}
     known |= {"error": position if position > tolerance else rotation, "placed": position <= tolerance}
@@ -155,8 +154,7 @@ def refusal(
 
 def unit_reasons(distance: float, setting: Setting) -> tuple[str, ...]:
     """The remark that a place is given in millimetres, where it lies many reaches away."""
-    reach = reach_bound(setting.robot.mechanism, None)[1]
-    return ("ik.part_millimetres",) if distance > MILLIMETRES * reach else ()
+    return ("ik.part_millimetres",) if distance > MILLIMETRES * setting.reach[1] else ()
 
 
 def _reasons(kind: FailedStep, allowed: Container[FailedStep]) -> tuple[str, ...]:
@@ -181,26 +179,18 @@ def verdict_without_solution(setting: Setting, T: PoseMatrix, *, proven: bool) -
 
 def beyond_reach(setting: Setting, T: PoseMatrix) -> bool:
     """Whether a place is outside the sphere that the frame cannot leave."""
-    centre, radius = reach_bound(setting.robot.mechanism, None)
-    return float(np.linalg.norm(T[:3, 3] - centre)) > radius * (1 + EXACT_POSE)
+    centre, radius = setting.reach
+    away = T[:3, 3] - centre
+    return float(away @ away) > (radius * (1 + EXACT_POSE)) ** 2
 
 
 def out_of_plane(setting: Setting, T: PoseMatrix) -> str:
     """Which part of a pose a planar arm cannot have, `plane` or `tilt`; empty if none, or of another arm.
 
-    All revolute axes are parallel to h and all prismatic normal to it: h . p never changes, nor does the direction of h
-    in
-    the tip.
+    With the normal h of its plane, h . p never changes, nor does the direction of h in the tip.
     """
-    chain = setting.arm.chain
-    if chain is None or not len(chain):
-        return ""
-    revolute = ~np.array(chain.prismatic, dtype=np.bool_)
-    if not revolute.any():
-        return ""
-    h = chain.axes[revolute][0]
-    along = np.abs(chain.axes @ h)
-    if (along[revolute] < 1.0 - EXACT_POSE).any() or (along[~revolute] > EXACT_POSE).any():
+    h, chain = setting.normal, setting.arm.chain
+    if h is None or chain is None:
         return ""
     if abs(float(h @ (T[:3, 3] - chain.home[:3, 3]))) > REACHED * chain.size:
         return "plane"
@@ -329,6 +319,6 @@ def _least_turned(setting: Setting, T: PoseMatrix, places: JointVector, q: Joint
     """The nearest configuration among q and those that reach the place, which come first where equally near."""
     turned, _ = least_squares(setting.robot, places, T, setting.mask)
     rows = np.concatenate([q[None], turned, places])
-    error = pose_errors(setting.robot, rows, T, setting.mask, None)
+    error = pose_errors(setting.robot, rows, T, setting.mask)
     order = np.lexsort((np.linalg.norm(error[:, 3:], axis=1), np.round(residuals(error), 9)))
     return rows[order[0]]

@@ -68,7 +68,7 @@ class Search:
         else:
             self.tried["free_starts"] += SPREAD
             q = setting.middle + np.random.default_rng(0).uniform(-np.pi, np.pi, (SPREAD, setting.robot.n))
-        q, residual = refine_rows(setting.robot, q, self.T, setting.mask, None, steps=60)
+        q, residual = refine_rows(setting.robot, q, self.T, setting.mask, steps=60)
         good = np.flatnonzero(residual <= self.tolerance)
         values = np.linalg.svd(setting.scaled_jacobians(q[good]), compute_uv=False)
         if ((values > SELF_MOTION * values[:, :1]).sum(axis=1) < setting.robot.n).all():
@@ -91,8 +91,8 @@ class Search:
     def _polish(self, q: JointVector) -> tuple[JointVector, Floats]:
         """The solution brought to working precision where that leaves no limit."""
         setting = self.setting
-        before = residuals(pose_errors(setting.robot, q, self.T, setting.mask, None))
-        better, after = refine_rows(setting.robot, q, self.T, setting.mask, None)
+        before = residuals(pose_errors(setting.robot, q, self.T, setting.mask))
+        better, after = refine_rows(setting.robot, q, self.T, setting.mask)
         kept = setting.within_limits(better) & (after <= before)
         return np.where(kept[:, None], better, q), np.where(kept, after, before)
 

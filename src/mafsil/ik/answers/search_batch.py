@@ -103,8 +103,8 @@ def sought_within_limits(setting: Setting, T: PoseMatrix, tolerance: float) -> t
             break
         found = numerical.solve_ik(robot, T[rows], task=setting.task, tolerance=tolerance, restarts=RESTARTS, seed=seed)
         start, rows = found.nearest[found.solved], rows[found.solved]
-        before = residuals(pose_errors(robot, start, T[rows], mask, None))
-        better, after = refine_rows(robot, start, T[rows], mask, None)
+        before = residuals(pose_errors(robot, start, T[rows], mask))
+        better, after = refine_rows(robot, start, T[rows], mask)
         kept = setting.within_limits(better) & (after <= before)
         q[rows], residual[rows] = np.where(kept[:, None], better, start), np.where(kept, after, before)
     return q, residual

@@ -23,15 +23,17 @@ from numpy.typing import NDArray
 from mafsil.algebra.tolerance import DESCRIBED, SMALLEST_DIVISOR
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
+from mafsil.geometry import rotation
 from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
 from mafsil.ik.structure.analysis import Analysis, Task, analysis, structure_in_doubt
-from mafsil.ik.tolerances import NEARLY_REACHED
+from mafsil.ik.tolerances import EXACT_POSE, NEARLY_REACHED
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
+from mafsil.mechanics.arm_pattern import Family
 from mafsil.mechanics.closed_form.thresholds import BENT, CLEAR, NEARLY, ON_LIMIT, SPLIT, candidate, folds, merges_twice
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
@@ -72,6 +74,8 @@ class Quick:
 
     def rows(self, decision: float) -> slice | NDArray[np.intp]:
         """The rows of a clear list: a slice where they follow each other."""
+        if (known := self.chosen.get(decision)) is not None:
+            return known
         found = bits(int(decision), int(decision).bit_length())
         first, last = found[0], found[-1]
         together = last - first + 1 == len(found)
@@ -190,11 +194,28 @@ class Setting:
 
         The code's digits in base three say one where two branches are one.
         """
-        form = self.arm.form
-        if form is None or not merges_twice(form.pattern):
+        if not self._merging:
             return np.zeros(codes.shape, dtype=np.bool_)
-        digits = codes[..., None] // np.array([1, 3, 9]) % 3
-        return np.asarray((digits == 1).sum(axis=-1) > 1, dtype=np.bool_)
+        ones = ((codes % 3 == 1).astype(np.int8), codes // 3 % 3 == 1, codes // 9 % 3 == 1)
+        return np.asarray(ones[0] + ones[1] + ones[2] > 1, dtype=np.bool_)
+
+    @lazy
+    def _merging(self) -> bool:
+        """Whether two of shoulder, elbow and wrist may have merged roots at once."""
+        form = self.arm.form
+        return form is not None and merges_twice(form.pattern)
+
+    @lazy
+    def straight(self) -> tuple[float, ...]:
+        """Values of the fifth joint that make the sixth axis parallel to the fourth, or to the three parallel ones."""
+        assert self.arm.form is not None
+        pattern, found = self.arm.form.pattern, list[float]()
+        outer, w5, w6 = pattern.axes[3 if pattern.family is Family.SPHERICAL_WRIST else 1], *pattern.axes[4:6]
+        for goal in (outer, -outer):
+            value = float(np.arctan2(w5 @ np.cross(w6, goal), w6 @ goal - (w5 @ w6) * (w5 @ goal)))
+            if np.abs(rotation.exp(w5 * value) @ w6 - goal).max() < EXACT_POSE:
+                found.append(value)
+        return tuple(found)
 
     @lazy
     def plain(self) -> bool:
@@ -205,8 +226,27 @@ class Setting:
     @lazy
     def length(self) -> float:
         """Scale that makes positions comparable with angles: the arm's reach [m]."""
-        _, radius = reach_bound(self.robot.mechanism, None)
+        _, radius = self.reach
         return radius if np.isfinite(radius) and radius > 0 else 1.0
+
+    @lazy
+    def reach(self) -> tuple[Floats, float]:
+        """Centre and radius of a sphere that the frame cannot leave [m]."""
+        return reach_bound(self.robot.mechanism, None)
+
+    @lazy
+    def normal(self) -> Floats | None:
+        """(3,) the direction to which all revolute axes of a planar arm are parallel and all prismatic normal."""
+        chain = self.arm.chain
+        if chain is None or not len(chain):
+            return None
+        revolute = ~np.array(chain.prismatic, dtype=np.bool_)
+        if not revolute.any():
+            return None
+        h: Floats = chain.axes[revolute][0]
+        along = np.abs(chain.axes @ h)
+        planar = (along[revolute] >= 1.0 - EXACT_POSE).all() and (along[~revolute] <= EXACT_POSE).all()
+        return h if planar else None
 
     def scaled_jacobians(self, q: JointVector) -> Floats:
         """(k, 6, n) body Jacobians of the task, lengths in units of the reach."""
@@ -225,7 +265,10 @@ class Setting:
 
 def turns_of(q: JointVector) -> Floats:
     """(*batch, n, 2) cosines and sines."""
-    return np.stack([np.cos(q), np.sin(q)], axis=-1)
+    turns = np.empty((*q.shape, 2))
+    np.cos(q, turns[..., 0])
+    np.sin(q, turns[..., 1])
+    return turns
 
 
 def bits(code: int, n: int) -> tuple[int, ...]:

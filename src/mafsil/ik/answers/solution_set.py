@@ -90,6 +90,8 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
     _details: Floats
     _chosen: slice | NDArray[np.intp]
     _isolated = True
+    # Whether no two branches meet: then solutions without a joint that may be chosen are isolated.
+    _apart = False
 
     def __init__(
         self,
@@ -195,7 +197,7 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
     @lazy
     def families(self) -> tuple[SolutionFamily, ...]:
         """Continua through some of the solutions."""
-        if self._isolated or not len(self.q):
+        if self._isolated or not len(self.q) or (self._apart and not self.own_free.any()):
             return ()
         return tuple(self._question.families(self.own, self.rows, self.own_free))
 
@@ -204,7 +206,7 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
         """What can be said."""
         if not len(self.q):
             return self._question.verdict
-        moving = bool(self.own_free.any()) or (not self._isolated and len(self.families) > 0)
+        moving = not self._isolated and (bool(self.own_free.any()) or len(self.families) > 0)
         if self.within.any():
             return IKStatus.CONTINUUM if moving else IKStatus.SOLVED
         # Where the closed form's own free joints are, it has decided that none of their values leads into the limits.

@@ -205,7 +205,7 @@ def solve_known_form(
     found = form.solve(T, np.array([value]))
     q = found.q[0][found.residual[0] <= NEARLY_REACHED]
     locked = (form.locked,) if form.parameter != ARM_ANGLE else ()
-    q, residual = refine_rows(setting.robot, q, T, setting.mask, None, locked=locked)
+    q, residual = refine_rows(setting.robot, q, T, setting.mask, locked=locked)
     good = np.flatnonzero(residual <= tolerance)
     q, residual = q[good], residual[good]
     kept = distinct(q, setting.revolute)

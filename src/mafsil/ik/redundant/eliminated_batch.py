@@ -163,7 +163,7 @@ def _try(
     q, residual = table.q[:, 0], np.full((len(rows), ROWS), np.nan)
     pose, place = np.nonzero(table.residual[:, 0] <= NEARLY_REACHED)
     q[pose, place], residual[pose, place] = refine_rows(
-        setting.robot, q[pose, place], poses[pose], setting.mask, None, locked=(form.locked,)
+        setting.robot, q[pose, place], poses[pose], setting.mask, locked=(form.locked,)
     )
     good = residual <= tolerance
     _keep_first(setting, q, good)

@@ -216,7 +216,7 @@ class Redundancy:
         near = own.middle.copy()
         near[self.locked] = value
         start = self.closed.solve(X, near).q[branch]
-        q, residual = refine_rows(self.robot, start[None], X, own.mask, None, steps=MERGING, locked=(self.locked,))
+        q, residual = refine_rows(self.robot, start[None], X, own.mask, steps=MERGING, locked=(self.locked,))
         wound = wound_near(q[0], near, own.lower, own.upper, own.revolute)
         return np.where(residual[0] <= REACHED, wound, np.nan)
 

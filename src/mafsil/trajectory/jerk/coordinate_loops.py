@@ -23,6 +23,7 @@ from mafsil.trajectory.jerk.extreme_loops import (
     last_rise,
     rest_curve,
     shape_at,
+    slope,
 )
 from mafsil.trajectory.tolerances import FEW_ROUNDINGS
 
@@ -186,6 +187,27 @@ def next_duration(w: Task, T: float) -> float:
         return last_rise(c, D, tau, c.gap) + offset
     rise = last_rise(c, D, tau, inf)
     return rise + offset if rise >= 0.0 else inf
+
+
+@compiled
+def is_endless(w: Task, T: float) -> bool:
+    """Whether every duration from T on can be had: both ends of the interval go outwards, and so on without end."""
+    if _rests(w):
+        return True
+    up, down = forwards(w), backwards(w)
+    tau, mirrored = max(T - _ahead(w), up.start), max(T - _behind(w), down.start)
+    if up.gap < inf and tau < up.after:
+        return False
+    return _widens(up, tau) and _widens(down, mirrored)
+
+
+@compiled
+def _widens(c: Curve, tau: float) -> bool:
+    """Whether a curve rises from tau on."""
+    if tau >= c.tau_top:
+        return c.top >= 0.0
+    s = shape_at(c, tau)
+    return slope(c, s) >= 0.0 and not bent_down(c, s)
 
 
 @compiled

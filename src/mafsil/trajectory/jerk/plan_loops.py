@@ -19,6 +19,7 @@ from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.jerk.coordinate_loops import (
     PIECES,
     beyond_gap,
+    is_endless,
     motion_of,
     next_duration,
     shortest_change,
@@ -107,6 +108,22 @@ def next_of(states: Floats, limits: Floats, i: int, free: bool, T: float) -> flo
     if free:
         return beyond_gap(w, max(T - lead, shortest_change(w))) + lead
     return next_duration(w, max(T - lead, 0.0)) + lead
+
+
+@compiled
+def shortest_of(states: Floats, limits: Floats, i: int) -> tuple[float, float]:
+    """The least duration that a coordinate can have, braking included, and one if it can have every longer one, too.
+
+    Args:
+        states: (n, 6).
+        limits: (n, 6).
+        i: the coordinate.
+    """
+    if _is_frozen(limits, i):
+        return next_of(states, limits, i, False, 0.0), 0.0
+    w = task_of(states, limits, i)
+    T = next_duration(w, 0.0)
+    return T + w.t1 + w.t2, 1.0 if T < inf and is_endless(w, T) else 0.0
 
 
 @compiled
@@ -432,3 +449,29 @@ def plan_rows(
             jerks[row],
         )
         outcome[row, 0], outcome[row, 1], outcome[row, 2], outcome[row, 3] = status, ruling, used, T
+
+
+@compiled
+def plan_one(
+    start: Floats, v0: Floats, a0: Floats, goal: Floats, vf: Floats, af: Floats, limits: Floats, low: float, high: float
+) -> tuple[float, float, float, float, Floats, Floats, Floats, Floats]:
+    """One problem as programs ask it, all coordinates together: a call, and nothing beside it.
+
+    Args:
+        start, v0, a0, goal, vf, af: (n,) both states.
+        limits: (n, 6).
+        low, high: as in `are_usual`.
+
+    Returns:
+        How it ended, the coordinate and the duration as from `plan`; one if sizes are usual, else zero; and, of one
+        row, states and the arrays of `plan_rows`.
+    """
+    n = len(start)
+    states, outcome, count = np.empty((1, n, 6)), np.empty((1, 4)), np.zeros((1, n))
+    times, jerks = np.empty((1, n, PIECES)), np.empty((1, n, PIECES))
+    for i in range(n):
+        states[0, i, 0], states[0, i, 1], states[0, i, 2] = start[i], v0[i], a0[i]
+        states[0, i, 3], states[0, i, 4], states[0, i, 5] = goal[i], vf[i], af[i]
+    plan_rows(states, limits, False, TIME, 0.0, 0.0, outcome, count, times, jerks)
+    usual = 1.0 if are_usual(limits, outcome, low, high) else 0.0
+    return outcome[0, 0], outcome[0, 1], outcome[0, 3], usual, states, count, times, jerks

@@ -7,8 +7,8 @@ How planning a jerk-limited motion ended.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from functools import lru_cache
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,8 +25,7 @@ NAMES = ("start", "start_velocity", "start_acceleration", "goal", "goal_velocity
 """Columns of the states."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Problem:
+class Problem(NamedTuple):
     """From states to states within limits.
 
     Attributes:
@@ -107,22 +106,33 @@ _last_packed: tuple[object, Floats] = (None, np.empty((0, 6)))
 """The limits of the last problem, and what they are packed: programs ask many problems of the same limits."""
 
 
+def as_rows(given: tuple[ArrayLike, ...]) -> list[Floats] | None:
+    """Six rows (n,) of a single problem as programs give it, in which zero stands for zeros; None of any other."""
+    start = given[0]
+    if type(start) is not np.ndarray or start.ndim != 1 or not len(start):
+        return None
+    shape, rows = start.shape, list[Floats]()
+    for value in given:
+        if type(value) is np.ndarray and value.shape == shape and value.dtype == np.float64:
+            # Loops are compiled anew for arrays that are not contiguous, or may not be written.
+            rows.append(value if value.flags.carray else value.copy())
+        elif type(value) is float and value == 0.0:
+            rows.append(_zeros(shape))
+        else:
+            return None
+    return rows
+
+
+@lru_cache(maxsize=64)
+def _zeros(shape: tuple[int, ...]) -> Floats:
+    return np.zeros(shape)
+
+
 def _states(given: tuple[ArrayLike, ...]) -> Floats:
     """(*batch, n, 6) of six arguments that fit each other; of a single problem NaN is found by the planner."""
-    start = given[0]
-    if type(start) is np.ndarray and start.ndim == 1 and len(start):
-        states = np.zeros((len(start), 6))
-        columns = states.T
-        for k, value in enumerate(given):
-            if type(value) is float:
-                if value != 0.0:
-                    columns[k] = value
-            elif type(value) is np.ndarray and value.shape == start.shape and value.dtype == np.float64:
-                columns[k] = value
-            else:
-                break
-        else:
-            return states
+    ready = as_rows(given)
+    if ready is not None:
+        return np.stack(ready, axis=-1)
     arrays = [real_array(name, value) for name, value in zip(NAMES, given, strict=True)]
     shape = max((array.shape for array in arrays), key=len)
     shape = shape if shape else (1,)

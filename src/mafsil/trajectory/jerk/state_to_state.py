@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +17,8 @@ from mafsil.trajectory.jerk.problem import (
     JerkStatus,
     Problem,
     Synchronise,
+    as_rows,
+    packed_limits,
     problem_of,
     require_finite_states,
 )
@@ -79,17 +80,28 @@ def jerk_limited(
 
     Reference: mafsil.trajectory.jerk.extreme_loops (the theory); Berscheid and Kroeger, RSS 2021 (the problem).
     """
-    free = goal is None
-    given = (
-        start,
-        start_velocity,
-        start_acceleration,
-        start if goal is None else goal,
-        goal_velocity,
-        goal_acceleration,
-    )
+    free, end = goal is None, start if goal is None else goal
+    given = (start, start_velocity, start_acceleration, end, goal_velocity, goal_acceleration)
+    if not free and synchronise == "time" and minimum_duration == 0.0 == cycle:
+        ready = as_rows(given)
+        if ready is not None:
+            return _plan_one(ready, limits)
     problem = problem_of(given, limits, free=free, synchronise=synchronise, minimum=minimum_duration, cycle=cycle)
     return plan_motion(problem) if problem.states.ndim == 2 else _batch(problem)
+
+
+def _plan_one(ready: list[Floats], limits: Limits) -> JerkLimitedMotion:
+    """The motion of one problem whose states are rows already."""
+    packed = packed_limits(limits, len(ready[0]))
+    start, v0, a0, goal, vf, af = ready
+    code, ruling, duration, usual, first, count, times, jerks = plan_loops.plan_one(
+        start, v0, a0, goal, vf, af, packed, *USUAL
+    )
+    problem = Problem(first[0], packed)
+    if usual == 0.0 or code == len(STATUSES):
+        return plan_motion(problem)
+    pieces = Pieces(first, count, times, jerks)
+    return JerkLimitedMotion(problem, STATUSES[int(code)], duration, int(ruling), "time", pieces)
 
 
 def plan_motion(problem: Problem) -> JerkLimitedMotion:
@@ -160,7 +172,7 @@ def _judge(problem: Problem, outcome: Floats, pieces: Pieces) -> None:
     bad = np.flatnonzero((outcome[:, 0] == 0.0) & ~_arrives(problem, outcome, pieces))
     # 1.
     if len(bad) and problem.cycle > 0.0:
-        again = replace(problem, states=pieces.first[bad], cycle=0.0)
+        again = problem._replace(states=pieces.first[bad], cycle=0.0)
         found, counts = np.empty((len(bad), 4)), np.zeros((len(bad), problem.states.shape[-2]))
         times, jerks = np.empty((2, *counts.shape, MOST_PIECES))
         _rows(again, again.states, found, counts, times, jerks)

@@ -3,264 +3,209 @@
 Every motion through via points passes each of them with some velocity and acceleration; between two of them it is best
 the shortest one. So the total is a function of these states, and it is searched by compass steps:
 
-1. It begins with the best of a few speeds along the chords, rest at every via point being one of them.
+1. It begins with the best of a few speeds along the chords, and if there are few points also with rest at all of them.
 2. A step changes the velocity, the acceleration, or both, of one coordinate at one via point, or the speed of all
-   coordinates there; it is taken if the two segments beside it become shorter. A segment takes as long as its slowest
-   coordinate; the mean of all enters with a small weight, so that the others make room.
-3. When no step helps, steps become smaller. First a segment's duration is taken to be its slowest coordinate's; then
-   the search goes on with common durations, which not every coordinate can have, from what was found and from the best
-   beginning. The best states of all are kept.
+   coordinates there; it is taken if the two segments beside it become shorter. A segment takes the first duration that
+   all its coordinates can have; the mean of their shortest enters with a small weight, so that the others make room.
+3. Only coordinates that are nearly the slowest of a segment are stepped, and only at via points beside which something
+   has changed since no step helped there. When no step helps anywhere, steps become smaller.
+
+A step feels its two segments alone. So long ways are searched in stretches, on all threads, with the states between
+them held; then around these joints. The work is proportional to the number of points.
 """
 
 from __future__ import annotations
 
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.kernels.loops.loop import compiled
-from mafsil.trajectory.jerk.plan_loops import PLANNED, TIME, can_pass, next_of, plan
+from mafsil.trajectory.jerk.plan_loops import PLANNED, TIME, can_pass, next_of, plan, shortest_of
 from mafsil.trajectory.tolerances import ROUNDING
 
-SIZES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
+SIZES = (0.2, 0.05, 0.012, 0.003)
 """Sizes of steps, as parts of the limits."""
 SWEEPS = 8
 """Most times that all steps of one size are tried."""
-ROUNDS = 2
-"""Most times that all sizes are gone through."""
+NEAR = 0.02
+"""A coordinate is stepped if it takes as long as the slowest but for this part, or the step's size if that is more."""
 MEAN = 1e-3
 """Weight of the mean duration of a segment's coordinates beside that of the slowest."""
 GAIN = 2e-6
-"""Least part of the total that a step must save."""
+"""Least part of two segments' time that a step must save."""
+
+
+class Way(NamedTuple):
+    """A way through points, and what is known of its segments.
+
+    Attributes:
+        points: (m, n) start, via points, goal.
+        limits: (n, 6).
+        given: (m, n) velocities at the via points, NaN where they are free.
+        at: (m, n, 2) velocity and acceleration at each point.
+        own: (m - 1, n) shortest duration of each coordinate in each segment.
+        endless: (m - 1, n) one where it can have every longer duration as well, else zero.
+        costs: (m - 1,) cost of each segment.
+        x: (n, 6) to work in.
+    """
+
+    points: Floats
+    limits: Floats
+    given: Floats
+    at: Floats
+    own: Floats
+    endless: Floats
+    costs: Floats
+    x: Floats
 
 
 @compiled
-def _ends(points: Floats, at: Floats, k: int, i: int, x: Floats) -> None:
-    """The states of coordinate i at point k and at the next, into x (n, 6)."""
-    x[i, 0], x[i, 1], x[i, 2] = points[k, i], at[k, i, 0], at[k, i, 1]
-    x[i, 3], x[i, 4], x[i, 5] = points[k + 1, i], at[k + 1, i, 0], at[k + 1, i, 1]
+def _way(points: Floats, limits: Floats, given: Floats, at: Floats) -> Way:
+    m, n = points.shape
+    own, endless = np.zeros((m - 1, n)), np.zeros((m - 1, n))
+    return Way(points, limits, given, at, own, endless, np.zeros(m - 1), np.empty((n, 6)))
 
 
 @compiled
-def _duration(points: Floats, at: Floats, k: int, i: int, limits: Floats, x: Floats) -> float:
-    """Shortest duration of coordinate i from point k to the next."""
-    _ends(points, at, k, i, x)
-    return next_of(x, limits, i, False, 0.0)
+def _ends(w: Way, k: int, i: int) -> None:
+    """The states of coordinate i at point k and at the next, into x."""
+    w.x[i, 0], w.x[i, 1], w.x[i, 2] = w.points[k, i], w.at[k, i, 0], w.at[k, i, 1]
+    w.x[i, 3], w.x[i, 4], w.x[i, 5] = w.points[k + 1, i], w.at[k + 1, i, 0], w.at[k + 1, i, 1]
 
 
 @compiled
-def _cost(each: Floats) -> float:
-    """A segment's duration, and a little of the mean of its coordinates."""
+def _measure(w: Way, k: int, i: int) -> None:
+    """The shortest duration of coordinate i from point k to the next."""
+    _ends(w, k, i)
+    w.own[k, i], w.endless[k, i] = shortest_of(w.x, w.limits, i)
+
+
+@compiled
+def _least(own: Floats) -> float:
+    """What a segment costs at least: the slowest coordinate, and a little of the mean."""
     total, longest = 0.0, 0.0
-    for T in each:
+    for T in own:
         total += T
         longest = max(longest, T)
-    return longest + MEAN * total / len(each)
+    return longest + MEAN * total / len(own)
 
 
 @compiled
-def _segment(points: Floats, at: Floats, k: int, limits: Floats, each: Floats, common: bool, x: Floats) -> float:
-    """The cost of a segment whose coordinates' shortest durations are `each`; on request of their common duration."""
-    cost = _cost(each)
-    if not common or not cost < inf:
-        return cost
-    longest = each.max()
-    T = longest
-    n = len(each)
-    i = fitting = 0
+def _cost(w: Way, k: int) -> float:
+    """A segment's cost: the first duration that all coordinates can have, and a little of the mean."""
+    own, n = w.own[k], len(w.limits)
+    least = _least(own)
+    if not least < inf:
+        return inf
+    T = longest = own.max()
+    i = having = 0
     for _ in range(8 * n):
-        if T > each[i]:
-            _ends(points, at, k, i, x)
-            later = next_of(x, limits, i, False, T)
+        if T > own[i] and w.endless[k, i] == 0.0:
+            _ends(w, k, i)
+            later = next_of(w.x, w.limits, i, False, T)
             if later > T * (1.0 + ROUNDING):
-                T, fitting = later, 0
-        fitting += 1
-        if fitting >= n or not T < inf:
+                T, having = later, 0
+        having += 1
+        if having >= n or not T < inf:
             break
         i = (i + 1) % n
-    return cost + (T - longest)
+    return least + (T - longest)
 
 
 @compiled
-def _fill(points: Floats, at: Floats, limits: Floats, each: Floats, costs: Floats, common: bool, x: Floats) -> float:
-    """All durations of all coordinates (segments, n), and the costs (segments,); the sum of these."""
-    for k in range(len(each)):
-        for i in range(each.shape[1]):
-            each[k, i] = _duration(points, at, k, i, limits, x)
-        costs[k] = _segment(points, at, k, limits, each[k], common, x)
-    return costs.sum()
+def _fill(w: Way) -> None:
+    """The durations and costs of all segments."""
+    for k in range(len(w.own)):
+        for i in range(w.own.shape[1]):
+            _measure(w, k, i)
+        w.costs[k] = _cost(w, k)
 
 
 @compiled
-def true_total(points: Floats, at: Floats, limits: Floats, work: Floats, pieces: Floats, count: Floats) -> float:
-    """The sum of the common durations of all segments; infinite if one has none.
-
-    Args:
-        points: (m, n).
-        at: (m, n, 2) velocity and acceleration at each.
-        limits: (n, 6).
-        work: (n, 6).
-        pieces: (m - 1, 2, n, 15) durations and jerks, written here.
-        count: (m - 1, n) numbers of pieces, written here.
-    """
-    scratch = np.empty((6, 7))
-    total = 0.0
-    for k in range(len(points) - 1):
-        for i in range(points.shape[1]):
-            _ends(points, at, k, i, work)
-        status, _, _, T = plan(work, limits, False, TIME, 0.0, 0.0, scratch, count[k], pieces[k, 0], pieces[k, 1])
-        if status != PLANNED:
-            return inf
-        total += T
-    return total
+def _can_help(w: Way, k: int) -> bool:
+    """Whether the segments beside via point k may have become shorter, by their coordinates' own durations."""
+    return _least(w.own[k - 1]) + _least(w.own[k]) < (w.costs[k - 1] + w.costs[k]) * (1.0 - GAIN)
 
 
 @compiled
-def _chords(points: Floats, limits: Floats, each: Floats, given: Floats, speed: float, at: Floats) -> None:
-    """Velocities along the chords: of the slower one beside a via point, none where the direction turns."""
-    for k in range(1, len(points) - 1):
-        before, after = each[k - 1].max(), each[k].max()
-        for i in range(points.shape[1]):
-            at[k, i, 1] = 0.0
-            if given[k, i] == given[k, i]:
-                at[k, i, 0] = given[k, i]
-                continue
-            a = (points[k, i] - points[k - 1, i]) / before if before > 0.0 else 0.0
-            b = (points[k + 1, i] - points[k, i]) / after if after > 0.0 else 0.0
-            v = speed * (a if abs(a) < abs(b) else b) if a * b > 0.0 else 0.0
-            at[k, i, 0] = min(max(v, limits[i, 0]), limits[i, 1])
-
-
-@compiled
-def _beside(
-    points: Floats, at: Floats, limits: Floats, each: Floats, costs: Floats, common: bool, k: int, x: Floats
-) -> bool:
-    """Whether the costs of the segments beside via point k have become less; then they are kept."""
-    before = _segment(points, at, k - 1, limits, each[k - 1], common, x)
-    after = _segment(points, at, k, limits, each[k], common, x)
-    if before + after < (costs[k - 1] + costs[k]) * (1.0 - GAIN):
-        costs[k - 1], costs[k] = before, after
-        return True
-    return False
-
-
-@compiled
-def _try(
-    points: Floats,
-    at: Floats,
-    limits: Floats,
-    each: Floats,
-    costs: Floats,
-    common: bool,
-    k: int,
-    i: int,
-    v: float,
-    a: float,
-    x: Floats,
-) -> bool:
-    """Take the state (v, a) of coordinate i at via point k if that saves time."""
-    if not can_pass(v, a, limits[i]):
+def _helps(w: Way, k: int) -> bool:
+    """Whether the segments beside via point k have become shorter; then their costs are kept."""
+    if not _can_help(w, k):
         return False
-    old_v, old_a, old_in, old_out = at[k, i, 0], at[k, i, 1], each[k - 1, i], each[k, i]
-    at[k, i, 0], at[k, i, 1] = v, a
-    each[k - 1, i] = _duration(points, at, k - 1, i, limits, x)
-    each[k, i] = _duration(points, at, k, i, limits, x)
-    if _beside(points, at, limits, each, costs, common, k, x):
+    before, after = _cost(w, k - 1), _cost(w, k)
+    if before + after < (w.costs[k - 1] + w.costs[k]) * (1.0 - GAIN):
+        w.costs[k - 1], w.costs[k] = before, after
         return True
-    at[k, i, 0], at[k, i, 1], each[k - 1, i], each[k, i] = old_v, old_a, old_in, old_out
     return False
 
 
 @compiled
-def _scale(at: Floats, given: Floats, limits: Floats, k: int, factor: float) -> bool:
-    """The free velocities of a via point times a factor, its accelerations times the square; whether they can be."""
+def _try(w: Way, k: int, i: int, v: float, a: float) -> bool:
+    """Take the state (v, a) of coordinate i at via point k if that saves time."""
+    if not can_pass(v, a, w.limits[i]):
+        return False
+    at, own, endless = w.at[k, i], w.own[k - 1 : k + 1, i], w.endless[k - 1 : k + 1, i]
+    v_old, a_old, own_in, own_out, endless_in, endless_out = at[0], at[1], own[0], own[1], endless[0], endless[1]
+    at[0], at[1] = v, a
+    _measure(w, k - 1, i)
+    own[1] = 0.0
+    if _can_help(w, k):
+        _measure(w, k, i)
+        if _helps(w, k):
+            return True
+    at[0], at[1], own[0], own[1], endless[0], endless[1] = v_old, a_old, own_in, own_out, endless_in, endless_out
+    return False
+
+
+@compiled
+def _try_all(w: Way, k: int, factor: float) -> bool:
+    """Take free velocities of via point k times a factor, its accelerations times the square, if that saves time."""
+    at, own, endless = w.at[k].copy(), w.own[k - 1 : k + 1].copy(), w.endless[k - 1 : k + 1].copy()
     fits = True
-    for i in range(at.shape[1]):
-        if given[k, i] != given[k, i]:
-            at[k, i, 0] *= factor
-        at[k, i, 1] *= factor * factor
-        fits &= can_pass(at[k, i, 0], at[k, i, 1], limits[i])
-    return fits
+    for i in range(len(w.limits)):
+        if w.given[k, i] != w.given[k, i]:
+            w.at[k, i, 0] *= factor
+        w.at[k, i, 1] *= factor * factor
+        fits &= can_pass(w.at[k, i, 0], w.at[k, i, 1], w.limits[i])
+    for segment in range(k - 1, k + 1):
+        if fits:
+            for i in range(len(w.limits)):
+                _measure(w, segment, i)
+            fits = segment == k or _least(w.own[k - 1]) < w.costs[k - 1] + w.costs[k]
+    if fits and _helps(w, k):
+        return True
+    w.at[k], w.own[k - 1 : k + 1], w.endless[k - 1 : k + 1] = at, own, endless
+    return False
 
 
 @compiled
-def _try_all(
-    points: Floats,
-    at: Floats,
-    limits: Floats,
-    each: Floats,
-    costs: Floats,
-    common: bool,
-    given: Floats,
-    k: int,
-    factor: float,
-    x: Floats,
-) -> bool:
-    """Scale all velocities of via point k if that saves time."""
+def _is_slow(w: Way, k: int, i: int, part: float) -> bool:
+    """Whether coordinate i takes this part of the slowest one's time or more, in a segment beside via point k."""
+    return w.own[k - 1, i] >= part * w.own[k - 1].max() or w.own[k, i] >= part * w.own[k].max()
+
+
+@compiled
+def _step(w: Way, k: int, scale: Floats, size: float) -> bool:
+    """Try every step of one size at via point k; whether one was taken."""
     taken = False
-    if _scale(at, given, limits, k, factor):
-        for i in range(points.shape[1]):
-            each[k - 1, i] = _duration(points, at, k - 1, i, limits, x)
-            each[k, i] = _duration(points, at, k, i, limits, x)
-        taken = _beside(points, at, limits, each, costs, common, k, x)
-    if not taken:
-        _scale(at, given, limits, k, 1.0 / factor)
-        for i in range(points.shape[1]):
-            each[k - 1, i] = _duration(points, at, k - 1, i, limits, x)
-            each[k, i] = _duration(points, at, k, i, limits, x)
-    return taken
-
-
-@compiled
-def _sweep(
-    points: Floats,
-    at: Floats,
-    limits: Floats,
-    each: Floats,
-    costs: Floats,
-    common: bool,
-    given: Floats,
-    scale: Floats,
-    size: float,
-    x: Floats,
-) -> bool:
-    """Try every step of one size once; whether one was taken."""
-    found = False
-    for k in range(1, len(points) - 1):
-        for i in range(points.shape[1]):
-            dv, da = size * scale[i, 0], size * scale[i, 1]
-            for move in range(8):
-                sv, sa = _direction(move)
-                if sv != 0.0 and given[k, i] == given[k, i]:
-                    continue
-                for _ in range(SWEEPS):
-                    v, a = at[k, i, 0] + sv * dv, at[k, i, 1] + sa * da
-                    if not _try(points, at, limits, each, costs, common, k, i, v, a, x):
-                        break
-                    found = True
-        found |= _try_all(points, at, limits, each, costs, common, given, k, 1.0 + size, x)
-        found |= _try_all(points, at, limits, each, costs, common, given, k, 1.0 / (1.0 + size), x)
-    return found
-
-
-@compiled
-def _search(
-    points: Floats, at: Floats, limits: Floats, common: bool, given: Floats, scale: Floats, rounds: int, x: Floats
-) -> None:
-    """Steps of each size until none helps, and all over again as long as that saves something."""
-    m, n = points.shape
-    each, costs = np.empty((m - 1, n)), np.empty(m - 1)
-    total = _fill(points, at, limits, each, costs, common, x)
-    for _ in range(rounds):
-        for size in SIZES:
+    for i in range(len(w.limits)):
+        if not _is_slow(w, k, i, 1.0 - max(size, NEAR)):
+            continue
+        for move in range(8):
+            dv, da = _direction(move)
+            if dv != 0.0 and w.given[k, i] == w.given[k, i]:
+                continue
             for _ in range(SWEEPS):
-                if not _sweep(points, at, limits, each, costs, common, given, scale, size, x):
+                v, a = w.at[k, i, 0] + dv * size * scale[i, 0], w.at[k, i, 1] + da * size * scale[i, 1]
+                if not _try(w, k, i, v, a):
                     break
-        now = costs.sum()
-        if now > total * (1.0 - 1e-4):
-            break
-        total = now
+                taken = True
+    taken |= _try_all(w, k, 1.0 + size)
+    taken |= _try_all(w, k, 1.0 / (1.0 + size))
+    return taken
 
 
 @compiled
@@ -273,60 +218,9 @@ def _direction(move: int) -> tuple[float, float]:
 
 
 @compiled
-def through(
-    points: Floats, limits: Floats, given: Floats, at: Floats, pieces: Floats, count: Floats
-) -> tuple[float, float]:
-    """States at the via points, and the pieces of all segments.
-
-    Args:
-        points: (m, n) start, via points, goal.
-        limits: (n, 6).
-        given: (m, n) velocities at the via points, NaN where they are free.
-        at: (m, n, 2) velocity and acceleration at the start and the goal; those at the via points are written here.
-        pieces: (m - 1, 2, n, 15) durations and jerks, written here.
-        count: (m - 1, n) numbers of pieces, written here.
-
-    Returns:
-        The total duration, and the one with rest at every via point whose velocity is free; infinite if there is none.
-    """
-    m, n = points.shape
-    each, costs, work = np.empty((m - 1, n)), np.empty(m - 1), np.empty((n, 6))
-    scale, resting = np.empty((n, 2)), np.empty((m - 1, n))
-    _scales(points, limits, scale)
-    # 1. The beginning: rest at the via points, or the best speed along the chords.
-    _chords(points, limits, np.ones((m - 1, n)), given, 0.0, at)
-    stops = true_total(points, at, limits, work, pieces, count)
-    least, best, lowest = stops, at.copy(), _fill(points, at, limits, resting, costs, False, work)
-    first = at.copy()
-    for turn in range(1, 9):
-        _chords(points, limits, resting, given, 0.25 * turn, at)
-        if _can_all(at, limits):
-            cost = _fill(points, at, limits, each, costs, False, work)
-            if cost < lowest:
-                lowest = cost
-                first[:] = at
-            total = true_total(points, at, limits, work, pieces, count)
-            if total < least:
-                least = total
-                best[:] = at
-    # 2. The search without and with common durations, from the beginning; then from the best of them.
-    beginning = best.copy()
-    at[:] = first
-    for turn in range(3):
-        if turn == 2:
-            at[:] = beginning
-        _search(points, at, limits, turn > 0, given, scale, ROUNDS, work)
-        total = true_total(points, at, limits, work, pieces, count)
-        if total < least:
-            least = total
-            best[:] = at
-    at[:] = best
-    return true_total(points, at, limits, work, pieces, count), stops
-
-
-@compiled
-def _scales(points: Floats, limits: Floats, scale: Floats) -> None:
+def _scales(w: Way, scale: Floats) -> None:
     """The velocity and acceleration (n, 2) that each coordinate can have on its longest way."""
+    points, limits = w.points, w.limits
     for i in range(points.shape[1]):
         steep, far = min(limits[i, 5], -limits[i, 4]), 0.0
         for k in range(len(points) - 1):
@@ -336,26 +230,127 @@ def _scales(points: Floats, limits: Floats, scale: Floats) -> None:
 
 
 @compiled
-def _can_all(at: Floats, limits: Floats) -> bool:
-    """Whether all states at via points can be passed."""
-    fits = True
-    for k in range(1, len(at) - 1):
-        for i in range(at.shape[1]):
-            fits &= can_pass(at[k, i, 0], at[k, i, 1], limits[i])
+def _search(w: Way) -> None:
+    """Better states at all points but the ends: steps of each size until none helps."""
+    m, n = w.points.shape
+    scale = np.empty((n, 2))
+    _scales(w, scale)
+    _fill(w)
+    for size in SIZES:
+        fresh = np.ones(m)
+        for _ in range(SWEEPS):
+            taken = False
+            for k in range(1, m - 1):
+                if fresh[k] > 0.0:
+                    fresh[k] = 0.0
+                    if _step(w, k, scale, size):
+                        fresh[k - 1 : k + 2] = 1.0
+                        taken = True
+            if not taken:
+                break
+
+
+@compiled
+def search_rows(points: Floats, limits: Floats, given: Floats, at: Floats, first: int, last: int) -> None:
+    """Better states on a stretch of many ways, from each of their beginnings.
+
+    Args:
+        points, limits, given, at: as those of `begin_rows`; all but the first states of each row are searched on.
+        first, last: points of the stretch's ends, whose states stay.
+    """
+    for row in range(len(points)):
+        there, free = points[row, first : last + 1], given[row, first : last + 1]
+        for turn in range(1, at.shape[1]):
+            _search(_way(there, limits, free, at[row, turn, first : last + 1]))
+
+
+@compiled
+def _total(w: Way, pieces: Floats, count: Floats) -> float:
+    """The sum of the common durations of all segments, infinite if one has none; their pieces are written."""
+    scratch = np.empty((6, 7))
+    total = 0.0
+    for k in range(len(w.own)):
+        for i in range(len(w.limits)):
+            _ends(w, k, i)
+        status, _, _, T = plan(w.x, w.limits, False, TIME, 0.0, 0.0, scratch, count[k], pieces[k, 0], pieces[k, 1])
+        if status != PLANNED:
+            return inf
+        total += T
+    return total
+
+
+@compiled
+def _chords(w: Way, own: Floats, speed: float) -> bool:
+    """Velocities along the chords: of the slower one beside a via point, none where the direction turns.
+
+    Args:
+        w: the way; velocities are written.
+        own: durations of its segments from rest to rest.
+        speed: factor.
+
+    Returns:
+        Whether all of them can be passed.
+    """
+    points, fits = w.points, True
+    for k in range(1, len(points) - 1):
+        before, after = own[k - 1].max(), own[k].max()
+        for i in range(points.shape[1]):
+            a = (points[k, i] - points[k - 1, i]) / before if before > 0.0 else 0.0
+            b = (points[k + 1, i] - points[k, i]) / after if after > 0.0 else 0.0
+            v = speed * (a if abs(a) < abs(b) else b) if a * b > 0.0 else 0.0
+            v = min(max(v, w.limits[i, 0]), w.limits[i, 1])
+            w.at[k, i, 0], w.at[k, i, 1] = w.given[k, i] if w.given[k, i] == w.given[k, i] else v, 0.0
+            fits &= can_pass(w.at[k, i, 0], 0.0, w.limits[i])
     return fits
 
 
 @compiled
-def through_rows(
+def begin_rows(
     points: Floats, limits: Floats, given: Floats, at: Floats, pieces: Floats, count: Floats, totals: Floats
 ) -> None:
-    """Many motions through via points, each as `through`.
+    """States at the via points of many ways to begin with: rest, or a speed along the chords.
 
     Args:
-        points, given, at, pieces, count: as there, with a first axis of rows.
+        points: (rows, m, n) start, via points, goal.
         limits: (n, 6).
-        totals: (rows, 2) what it returns, written here.
+        given: (rows, m, n) velocities at the via points, NaN where they are free.
+        at: (rows, 1 + beginnings, m, n, 2) velocity and acceleration; those at start and goal are given, those at the
+            via points written here: twice those with the least total, then rest.
+        pieces: (rows, m - 1, 2, n, 15) durations and jerks, to work in.
+        count: (rows, m - 1, n) numbers of pieces, to work in.
+        totals: (rows, 2) of which the last is written: the duration with rest at every free via point.
     """
     for row in range(len(points)):
-        least, stops = through(points[row], limits, given[row], at[row], pieces[row], count[row])
-        totals[row, 0], totals[row, 1] = least, stops
+        w = _way(points[row], limits, given[row], at[row, 0].copy())
+        _chords(w, w.own, 0.0)
+        _fill(w)
+        least = totals[row, 1] = _total(w, pieces[row], count[row])
+        for turn in range(at.shape[1]):
+            at[row, turn] = w.at
+        resting = w.own.copy()
+        for turn in range(1, 9):
+            if _chords(w, resting, 0.25 * turn):
+                total = _total(w, pieces[row], count[row])
+                if total < least:
+                    least = total
+                    at[row, 0], at[row, 1] = w.at, w.at
+
+
+@compiled
+def end_rows(
+    points: Floats, limits: Floats, given: Floats, at: Floats, pieces: Floats, count: Floats, totals: Floats
+) -> None:
+    """The shortest of what was found from all beginnings, or the first beginning: its states become the first.
+
+    Args:
+        points, limits, given, at, pieces, count, totals: as in `begin_rows`; the first of `totals` is written.
+    """
+    for row in range(len(points)):
+        totals[row, 0], best = inf, 0
+        for turn in range(at.shape[1]):
+            w = _way(points[row], limits, given[row], at[row, turn])
+            total = _total(w, pieces[row], count[row])
+            if total < totals[row, 0]:
+                totals[row, 0], best = total, turn
+        at[row, 0] = at[row, best]
+        _total(_way(points[row], limits, given[row], at[row, 0]), pieces[row], count[row])

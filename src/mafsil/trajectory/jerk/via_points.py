@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +29,9 @@ else:
     via_loops = lazily("mafsil.trajectory.jerk.via_loops")
 
 PART_ROWS = 16
-"""Problems that one thread does at a time."""
+"""Ways that one thread does at a time."""
+STRETCH, OVERLAP = 48, 8
+"""Segments of a stretch, and around a joint of two how many on either side are searched again."""
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
@@ -154,20 +157,37 @@ def _velocities(given: ArrayLike, shape: tuple[int, int]) -> Floats:
 
 
 def _search(points: Floats, states: Floats, limits: Floats, given: Floats) -> tuple[ViaMotion, ...]:
-    """The motions of all rows, divided among threads."""
+    """The motions of all rows, divided among threads; long ways in stretches, then around the joints of these."""
     rows, m, n = points.shape
-    at = np.zeros((rows, m, n, 2))
-    at[:, 0], at[:, -1] = states[..., 1:3], states[..., 4:6]
+    stretches = max(1, round((m - 1) / STRETCH))
+    bounds = [(m - 1) * k // stretches for k in range(stretches + 1)]
+    around = [(joint - OVERLAP, joint + OVERLAP) for joint in bounds[1:-1]]
+    at = np.zeros((rows, 3 if stretches == 1 else 2, m, n, 2))
+    at[:, :, 0], at[:, :, -1] = states[:, None, :, 1:3], states[:, None, :, 4:6]
     pieces, count = np.zeros((rows, m - 1, 2, n, MOST_PIECES)), np.zeros((rows, m - 1, n))
     totals = np.empty((rows, 2))
     asked = np.ascontiguousarray(np.broadcast_to(given, (rows, m, n)))
+    parts = [slice(k, k + PART_ROWS) for k in range(0, rows, PART_ROWS)]
 
-    def part(k: int) -> None:
-        of = slice(k * PART_ROWS, (k + 1) * PART_ROWS)
-        via_loops.through_rows(points[of], limits, asked[of], at[of], pieces[of], count[of], totals[of])
+    def whole(work: Any) -> None:
+        def part(k: int) -> None:
+            of = parts[k]
+            work(points[of], limits, asked[of], at[of], pieces[of], count[of], totals[of])
 
-    threads.run(part, -(-rows // PART_ROWS), threads.available())
-    return tuple(_motion(points[k], limits, states[k], at[k], pieces[k], count[k], totals[k]) for k in range(rows))
+        threads.run(part, len(parts), threads.available())
+
+    def search(ends: list[tuple[int, int]]) -> None:
+        def part(k: int) -> None:
+            of, (first, last) = parts[k // len(ends)], ends[k % len(ends)]
+            via_loops.search_rows(points[of], limits, asked[of], at[of], first, last)
+
+        threads.run(part, len(parts) * len(ends), threads.available())
+
+    whole(via_loops.begin_rows)
+    search(list(pairwise(bounds)))
+    search(around)
+    whole(via_loops.end_rows)
+    return tuple(_motion(points[k], limits, states[k], at[k, 0], pieces[k], count[k], totals[k]) for k in range(rows))
 
 
 def _motion(

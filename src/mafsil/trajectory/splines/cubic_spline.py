@@ -5,16 +5,22 @@ Points with durations between them, as users give them.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, positive, real_array, require_finite
 from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
 from mafsil.trajectory.profiles.polynomial import cubic_coefficients
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.tolerances import GIVEN
+
+if TYPE_CHECKING:
+    import mafsil.solvers.cholesky_loops as cholesky_loops
+else:
+    cholesky_loops = lazily("mafsil.solvers.cholesky_loops")
 
 ViaRule = Literal["continuous", "heuristic", "mean", "weighted_mean", "stop"]
 SplineEnds = Literal["clamped", "natural", "periodic"]
@@ -103,7 +109,9 @@ def _inner(u: Floats, h: Floats, rule: ViaRule | ArrayLike) -> Floats:
             raise InputError("input.choice", name="velocities", value=rule, known=known)
 
 
-def spline_velocities(u: Floats, h: Floats, ends: SplineEnds, v0: Floats, vn: Floats) -> Floats:
+def spline_velocities(
+    u: Floats, h: Floats, ends: SplineEnds, v0: Floats | None = None, vn: Floats | None = None
+) -> Floats:
     """(k + 1, *batch, n) velocities with which the acceleration is continuous.
 
     Args:
@@ -127,11 +135,14 @@ def spline_velocities(u: Floats, h: Floats, ends: SplineEnds, v0: Floats, vn: Fl
     lower[1:-1], diagonal[1:-1], upper[1:-1] = h[1:], 2 * (h[:-1] + h[1:]), h[:-1]
     right[1:-1] = 3 * (h[1:, None] * slopes[:-1] + h[:-1, None] * slopes[1:])
     if ends == "clamped":
+        assert v0 is not None
+        assert vn is not None
         right[0], right[-1] = v0.ravel(), vn.ravel()
     else:
         diagonal[[0, -1]], upper[0], lower[-1] = 2.0, 1.0, 1.0
         right[0], right[-1] = 3 * slopes[0], 3 * slopes[-1]
-    return _tridiagonal(lower, diagonal, upper, right).reshape(u.shape)
+    cholesky_loops.solve_tridiagonal(lower, diagonal, upper, right)
+    return right.reshape(u.shape)
 
 
 def _periodic(slopes: Floats, h: Floats) -> Floats:
@@ -155,24 +166,12 @@ def _periodic(slopes: Floats, h: Floats) -> Floats:
     lower[0] = upper[-1] = 0.0
     bend = np.zeros((k, 1))
     bend[0], bend[-1] = gamma, corner_last
-    both = _tridiagonal(lower, diagonal, upper, np.concatenate([right, bend], axis=1))
+    both = np.concatenate([right, bend], axis=1)
+    cholesky_loops.solve_tridiagonal(lower, diagonal, upper, both)
     y, z = both[:, :-1], both[:, -1:]
     share = (y[0] + corner_first / gamma * y[-1]) / (1.0 + z[0] + corner_first / gamma * z[-1])
     v = y - z * share
     return np.concatenate([v, v[:1]])
-
-
-def _tridiagonal(lower: Floats, diagonal: Floats, upper: Floats, right: Floats) -> Floats:
-    """(k, m) solution of a tridiagonal system that needs no pivots."""
-    b, x = diagonal.copy(), right.copy()
-    for k in range(1, len(b)):
-        weight = lower[k] / b[k - 1]
-        b[k] -= weight * upper[k - 1]
-        x[k] -= weight * x[k - 1]
-    x[-1] /= b[-1]
-    for k in range(len(b) - 2, -1, -1):
-        x[k] = (x[k] - upper[k] * x[k + 1]) / b[k]
-    return x
 
 
 def points_and_durations(points: ArrayLike, durations: ArrayLike) -> tuple[Floats, Floats]:

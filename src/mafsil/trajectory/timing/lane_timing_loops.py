@@ -6,7 +6,8 @@
 4. Forth: always the largest velocity that lines and sets allow.
 5. The duration, and the largest excess of a Bernstein coefficient over its limit: a bound of every excess.
 
-Paths of fewer intervals than the longest of the eight are at rest in their lanes beyond their end.
+Paths of fewer intervals than the longest of the eight are at rest in their lanes beyond their end. Of long paths only
+one stretch of rows is kept at a time: each pass makes them again, which is sooner done than fetched from memory.
 """
 
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false
@@ -37,6 +38,7 @@ from mafsil.trajectory.timing.path_rows_loops import (
     FREE,
     beyond,
     chosen_of,
+    lanes_that_turn,
     larger,
     largest_square,
     lesser,
@@ -44,12 +46,13 @@ from mafsil.trajectory.timing.path_rows_loops import (
     part_weights,
     row_of,
     slope_controls,
+    taken,
     used_at_ends,
     velocity_caps,
     velocity_shares,
 )
 from mafsil.trajectory.timing.reachability_loops import bounds_at, least_at_start, most_at_start
-from mafsil.trajectory.tolerances import CORNER, ROUNDING
+from mafsil.trajectory.tolerances import ROUNDING
 
 LANES = 8
 """Paths that are timed side by side."""
@@ -59,6 +62,8 @@ PLACE = 6
 """Lanes of a place."""
 STANDING = 1e150
 """Slowness of a joint whose velocity limit is zero."""
+WHOLE, STRETCH = 800, 64
+"""Intervals of which all rows are kept, and of a stretch of them where there are more."""
 LINE = 3
 """Lanes of a row: slope, above and below, each beside those of the interval's other rows."""
 
@@ -124,18 +129,20 @@ class Eight(NamedTuple):
 
     Attributes:
         first: of them; here: (8,) where each grid begins; last: (8,) how many intervals each has.
-        most: intervals of the longest; m, n: degree of du/ds and coordinates; rows: of an interval.
+        most: intervals of the longest; stretch: intervals whose rows are kept.
+        m, n: degree of du/ds and coordinates; rows: of an interval.
         lengths, start, end: one lane each, numbers of intervals and end velocities squared.
         slowness: 2 n lanes, one over the magnitudes of the velocity limits.
         bounds: 2 n lanes, limits of acceleration; smallness: n lanes, one over the larger of both.
-        places: PLACE lanes a place; D: (m + 1) n lanes an interval; shares: m + 1 lanes an interval; lines: LINE rows
-            lanes an interval.
+        places: PLACE lanes a place.
+        D, shares, lines: (m + 1) n, m + 1 and LINE rows lanes an interval of the stretch; D also of the one before it.
     """
 
     first: int
     here: NDArray[np.int64]
     last: NDArray[np.int64]
     most: int
+    stretch: int
     m: int
     n: int
     rows: int
@@ -152,39 +159,6 @@ class Eight(NamedTuple):
 
 
 @compiled
-def taken(row, slopes, lane):
-    """The derivative of a polynomial into a lane.
-
-    Args:
-        row: (degree + 1, n) in ascending powers.
-        slopes: degree n lanes.
-        lane: which.
-    """
-    degree, n = len(row) - 1, row.shape[1]
-    for k in range(degree):
-        for j in range(n):
-            put(slopes, k * n + j, lane, row[k + 1, j] * (k + 1.0))
-
-
-@compiled
-def lanes_that_turn(ending, before, beginning, h, n):
-    """The lanes in which the direction of the path jumps where one interval ends and the next begins.
-
-    Args:
-        ending: n lanes, change of the coordinates at the end of the interval, over its parameter 0 .. 1.
-        before: length of that interval.
-        beginning, h: of the next interval, at its beginning.
-        n: coordinates.
-    """
-    size, jump = lanes(0.0), lanes(0.0)
-    for j in range(n):
-        last, first = ending[j] / before, beginning[j] / h
-        size = larger(larger(magnitude(first), magnitude(last)), size)
-        jump = larger(magnitude(first - last), jump)
-    return jump > size * CORNER
-
-
-@compiled
 def eight_of(grids, asked, first, memory):
     """Step 1: what stands in lanes.
 
@@ -196,7 +170,7 @@ def eight_of(grids, asked, first, memory):
     count, n = len(asked.start), grids.coefficients.shape[2]
     here, last, ends = np.empty(LANES, np.int64), np.empty(LANES, np.int64), buffer(3)
     limits = in_lanes(5 * n)
-    slowness, bounds, smallness, most = seen(limits), part(seen(limits), 2 * n), part(seen(limits), 4 * n), 0
+    slow, bounds, small, most = seen(limits), part(seen(limits), 2 * n), part(seen(limits), 4 * n), 0
     for lane in range(LANES):
         b = min(first + lane, count - 1)
         here[lane], last[lane] = grids.begins[b], grids.begins[b + 1] - grids.begins[b] - 1
@@ -207,85 +181,110 @@ def eight_of(grids, asked, first, memory):
         for k in range(2):
             for j in range(n):
                 speed = abs(asked.velocity[b, k, j])
-                put(slowness, k * n + j, lane, 1.0 / speed if speed > 0.0 else STANDING)
+                put(slow, k * n + j, lane, 1.0 / speed if speed > 0.0 else STANDING)
                 put(bounds, k * n + j, lane, asked.acceleration[b, k, j])
     for j in range(n):
         size = larger(bounds[n + j], -bounds[j])
-        smallness[j] = where(size > 0.0, 1.0 / where(size > 0.0, size, 1.0), FREE)
+        small[j] = where(size > 0.0, 1.0 / where(size > 0.0, size, 1.0), FREE)
     places = seen(memory[0])
     for i in range(most + 1):
         for lane in range(LANES):
             put(places, PLACE * i + CAP, lane, asked.caps[here[lane] + min(i, last[lane])])
     m, lengths, start, end = grids.coefficients.shape[1] - 2, ends[0], ends[1], ends[2]
-    rows = (m + 1) * n + asked.rows.shape[2]
-    D, shares, lines = seen(memory[1]), seen(memory[2]), seen(memory[3])
+    rows, D, shares, lines = (m + 1) * n + asked.rows.shape[2], seen(memory[1]), seen(memory[2]), seen(memory[3])
+    kept = stretch_of(most)
     return limits, Eight(
-        first, here, last, most, m, n, rows, lengths, start, end, slowness, bounds, smallness, places, D, shares, lines
+        first, here, last, most, kept, m, n, rows, lengths, start, end, slow, bounds, small, places, D, shares, lines
     )
 
 
 @compiled
-def cap_velocities(grids, eight, choose):
-    """Step 2: controls, shares and lengths of every interval, and the caps of velocity at its ends.
+def stretch_of(most):
+    """Of how many intervals rows are kept, if there are so many."""
+    return most if most <= WHOLE else STRETCH
+
+
+@compiled
+def controls_of(grids, eight, base, choose, slopes):
+    """Step 2: slopes' Bernstein coefficients and shares of a stretch's intervals.
 
     1. The intervals of the eight paths into lanes; the polynomial only where a path comes to its next piece.
-    2. The slopes' Bernstein coefficients there, and by them the caps at both ends.
-    3. At a corner the cap is zero; in lanes beyond their end nothing changes.
+    2. The coefficients there.
 
     Args:
         grids: of all paths.
         eight: of `eight_of`.
+        base: first interval of the stretch.
         choose: of `chosen_of`.
+        slopes: (m + 1) n + n + (m + 1)^2 lanes to work in.
     """
     m, n, own, paths = eight.m, eight.n, (eight.m + 1) * eight.n, len(grids.begins) - 1
-    before, edge, memory = np.full(LANES, -1), buffer(3), in_lanes(own + n + (m + 1) * (m + 1))
-    slopes, factors, weights = seen(memory), part(seen(memory), own), part(seen(memory), own + n)
-    for i in range(eight.most):
+    before, edge = np.full(LANES, -1), buffer(2)
+    factors, weights = part(slopes, own), part(slopes, own + n)
+    for i in range(base, min(base + eight.stretch, eight.most)):
         # 1.
-        place, controls, changed = part(eight.places, PLACE * i), part(eight.D, i * own), False
         for lane in range(LANES):
             b, at = min(eight.first + lane, paths - 1), eight.here[lane] + min(i, eight.last[lane] - 1)
             k = grids.piece[at]
             put(edge, 0, lane, grids.s[at + 1] - grids.s[at])
             put(edge, 1, lane, grids.s[at] - grids.knots[grids.firsts[b] + b + k])
-            put(edge, 2, lane, 0.0)
             if k != before[lane]:
                 taken(grids.coefficients[grids.firsts[b] + k], slopes, lane)
-                put(edge, 2, lane, 1.0)
-                changed, before[lane] = True, k
+                before[lane] = k
         # 2.
-        h = edge[0]
-        place[LENGTH] = h
+        h, controls = edge[0], part(eight.D, (i - base + 1) * own)
+        part(eight.places, PLACE * i)[LENGTH] = h
         part_weights(edge[1], h, choose, m, weights)
         slope_controls(slopes, m, n, weights, controls)
-        shares = part(eight.shares, i * (m + 1))
-        velocity_shares(controls, m, n, eight.slowness, factors, shares)
-        begin, finish = velocity_caps(shares, m, h, choose)
-        # 3.
-        if changed and i:
-            ending = part(eight.D, (i - 1) * own + m * n)
-            corner = lanes_that_turn(ending, part(place, -PLACE)[LENGTH], controls, h, n) & (edge[2] > 0.0)
-            begin = where(corner, 0.0, begin)
-        inside, then = eight.lengths > float(i), part(place, PLACE)
-        place[CAP] = where(inside, lesser(begin, place[CAP]), place[CAP])
-        then[CAP] = where(inside, lesser(finish, then[CAP]), then[CAP])
-    return memory
+        velocity_shares(controls, m, n, eight.slowness, factors, part(eight.shares, (i - base) * (m + 1)))
 
 
 @compiled
-def lines_of(eight, asked, i):
+def cap_velocities(grids, eight, base, choose):
+    """Step 2: the caps of velocity at the ends of a stretch's intervals.
+
+    At a corner the cap is zero; in lanes beyond their end nothing changes.
+
+    Args:
+        grids, eight, base, choose: as in `controls_of`, after that.
+    """
+    m, n, own, pieces = eight.m, eight.n, (eight.m + 1) * eight.n, buffer(1)
+    for i in range(base, min(base + eight.stretch, eight.most)):
+        place, then = part(eight.places, PLACE * i), part(eight.places, PLACE * (i + 1))
+        begin, finish = velocity_caps(part(eight.shares, (i - base) * (m + 1)), m, place[LENGTH], choose)
+        changed = False
+        for lane in range(LANES):
+            at = eight.here[lane] + i
+            comes = 0 < i < eight.last[lane] and grids.piece[at] != grids.piece[at - 1]
+            put(pieces, 0, lane, 1.0 if comes else 0.0)
+            changed |= comes
+        if changed:
+            controls = part(eight.D, (i - base + 1) * own)
+            ending, length = part(eight.D, (i - base) * own + m * n), part(place, -PLACE)[LENGTH]
+            corner = lanes_that_turn(ending, length, controls, place[LENGTH], n) & (pieces[0] > 0.0)
+            begin = where(corner, 0.0, begin)
+        inside = eight.lengths > float(i)
+        place[CAP] = where(inside, lesser(begin, place[CAP]), place[CAP])
+        then[CAP] = where(inside, lesser(finish, then[CAP]), then[CAP])
+    D, following = eight.D, part(eight.D, eight.stretch * own)
+    for k in range(own):
+        D[k] = following[k]
+
+
+@compiled
+def lines_of(eight, asked, base, i):
     """The rows of one interval as lines, and the largest x they allow that do not speak about y.
 
     Args:
-        eight, asked: as in `cap_velocities` and `eight_of`.
+        eight, asked, base: as in `controls_of` and `eight_of`.
         i: the interval.
 
     Returns:
         Slopes, upper and lower bounds; the largest x; the largest magnitude of alpha.
     """
     m, n, place = eight.m, eight.n, part(eight.places, PLACE * i)
-    controls, square, y_cap = part(eight.D, i * (m + 1) * n), place[LENGTH] * place[LENGTH], place[PLACE + CAP]
-    slope = part(eight.lines, LINE * eight.rows * i)
+    controls, y_cap = part(eight.D, (i - base + 1) * (m + 1) * n), place[PLACE + CAP]
+    square, slope = place[LENGTH] * place[LENGTH], part(eight.lines, LINE * eight.rows * (i - base))
     above, below = part(slope, eight.rows), part(slope, 2 * eight.rows)
     most, motion, at = lanes(FREE), lanes(0.0), 0
     for k in range(m + 1):
@@ -303,11 +302,12 @@ def lines_of(eight, asked, i):
 
 
 @compiled
-def passed_back(eight, asked):
+def passed_back(grids, eight, asked, choose, slopes):
     """Step 3: the sets from which the end can be reached.
 
     Args:
-        eight, asked: as in `lines_of`.
+        grids, eight, choose, slopes: as in `controls_of`.
+        asked: as in `eight_of`.
 
     Returns:
         Of each lane the place that stops the pass, or -1; whether there is any motion.
@@ -322,10 +322,15 @@ def passed_back(eight, asked):
     blocked, motion = where(high > edge[0] * (1.0 + ROUNDING), eight.lengths, -1.0), lanes(0.0)
     last = part(eight.places, PLACE * eight.most)
     last[LOW], last[HIGH] = low, high
+    # 3.
+    base = (eight.most - 1) // eight.stretch * eight.stretch
     for i in range(eight.most - 1, -1, -1):
+        if i < base:
+            base -= eight.stretch
+            controls_of(grids, eight, base, choose, slopes)
         inside, place = eight.lengths > float(i), part(eight.places, PLACE * i)
         going = inside & (blocked < 0.0)
-        slope, above, below, most, size = lines_of(eight, asked, i)
+        slope, above, below, most, size = lines_of(eight, asked, base, i)
         motion = larger(where(inside, size, 0.0), motion)
         place[CAP] = where(inside, lesser(most, place[CAP]), place[CAP])
         found = most_at_start(slope, above, below, rows, low, high, place[CAP])
@@ -341,8 +346,8 @@ def passed_back(eight, asked):
 
 
 @compiled
-def passed_forth(eight, blocked):
-    """Step 4: the squares of the path velocity.
+def started(eight, blocked):
+    """Step 4: the square of the path velocity at the start.
 
     Args:
         eight: after `passed_back`.
@@ -351,34 +356,44 @@ def passed_forth(eight, blocked):
     Returns:
         Of each lane the place that stops a pass, or -1.
     """
-    first, rows = part(eight.places, 0), eight.rows
+    first = part(eight.places, 0)
     x = where(eight.start >= 0.0, eight.start, first[HIGH])
     starts = (x >= first[LOW] * (1.0 - ROUNDING)) & (x <= first[HIGH] * (1.0 + ROUNDING))
-    blocked = where((blocked < 0.0) & ~starts, 0.0, blocked)
     first[X] = x
-    for i in range(eight.most):
-        then, slope = part(eight.places, PLACE * (i + 1)), part(eight.lines, LINE * rows * i)
+    return where((blocked < 0.0) & ~starts, 0.0, blocked)
+
+
+@compiled
+def passed_forth(eight, base):
+    """Step 4: the squares of the path velocity on a stretch.
+
+    Args:
+        eight, base: as in `controls_of`, with lines.
+    """
+    rows = eight.rows
+    x = part(eight.places, PLACE * base)[X]
+    for i in range(base, min(base + eight.stretch, eight.most)):
+        then, slope = part(eight.places, PLACE * (i + 1)), part(eight.lines, LINE * rows * (i - base))
         low, high = then[LOW], then[HIGH]
         upper, lower = bounds_at(slope, part(slope, rows), part(slope, 2 * rows), rows, low, high, x)
         x = where(upper < lower, larger(larger(upper, lesser(lower, high)), lanes(0.0)), upper)
         then[X] = x
-    return blocked
 
 
 @compiled
-def measure_loss(eight, asked, choose, finer):
+def measure_loss(eight, asked, base, choose, finer, total, worst):
     """Step 5: durations and excesses; of every interval its loss, if a finer grid is to come.
 
     Args:
-        eight, asked: after both passes.
+        eight, asked, base: after both passes over a stretch.
         choose: of `chosen_of`.
         finer: whether losses are asked for.
+        total, worst: duration and largest excess up to here.
     """
     m, n, own = eight.m, eight.n, (eight.m + 1) * eight.n
-    total, worst = lanes(0.0), lanes(0.0)
-    for i in range(eight.most):
+    for i in range(base, min(base + eight.stretch, eight.most)):
         inside, place = eight.lengths > float(i), part(eight.places, PLACE * i)
-        controls, shares = part(eight.D, i * own), part(eight.shares, i * (m + 1))
+        controls, shares = part(eight.D, (i - base + 1) * own), part(eight.shares, (i - base) * (m + 1))
         h, x, y = place[LENGTH], place[X], place[PLACE + X]
         square, excess = h * h, lanes(0.0)
         passing = 2.0 * h / (square_root(x) + square_root(y))
@@ -417,10 +432,27 @@ def eight_timed(grids, asked, first, finer, memory, found):
     caps, low, high, x, loss, durations, stopped, excess = found
     choose = chosen_of(grids.coefficients.shape[1] - 2)
     limits, eight = eight_of(grids, asked, first, memory)
-    slopes = cap_velocities(grids, eight, choose)
-    blocked, motion = passed_back(eight, asked)
-    blocked = passed_forth(eight, blocked)
-    total, worst = measure_loss(eight, asked, choose, finer)
+    n, own = eight.n, (eight.m + 1) * eight.n
+    work = in_lanes(own + n + (eight.m + 1) * (eight.m + 1))
+    slopes, total, worst = seen(work), lanes(0.0), lanes(0.0)
+    stretches = (eight.most + eight.stretch - 1) // eight.stretch
+    # 2.
+    for k in range(stretches):
+        base = k * eight.stretch
+        controls_of(grids, eight, base, choose, slopes)
+        cap_velocities(grids, eight, base, choose)
+    # 3.
+    blocked, motion = passed_back(grids, eight, asked, choose, slopes)
+    # 4. and 5.
+    blocked = started(eight, blocked)
+    for k in range(stretches):
+        base = k * eight.stretch
+        if base > 0:
+            controls_of(grids, eight, base, choose, slopes)
+            for i in range(base, min(base + eight.stretch, eight.most)):
+                lines_of(eight, asked, base, i)
+        passed_forth(eight, base)
+        total, worst = measure_loss(eight, asked, base, choose, finer, total, worst)
     summary = buffer(4)
     summary[0], summary[1], summary[2], summary[3] = blocked, motion, total, worst
     for lane in range(min(LANES, len(durations) - first)):
@@ -436,7 +468,7 @@ def eight_timed(grids, asked, first, finer, memory, found):
             high[here + i] = get(eight.places, PLACE * i + HIGH, lane) if moves else 0.0
             x[here + i] = get(eight.places, PLACE * i + X, lane) if timed else 0.0
             loss[here + i] = get(eight.places, PLACE * i + LOSS, lane) if timed and finer and i < count - 1 else 0.0
-    return limits, slopes
+    return limits, work
 
 
 @compiled
@@ -446,11 +478,12 @@ def lanes_timed(grids: Grids, asked: Asked, first: int, last: int, finer: bool, 
     own, rows, most = (m + 1) * n, (m + 1) * n + asked.rows.shape[2], 1
     for b in range(first, last):
         most = max(most, grids.begins[b + 1] - grids.begins[b])
+    kept = max(WHOLE, STRETCH) if most > WHOLE else most
     memory = (
         in_lanes(PLACE * (most + 1)),
-        in_lanes(most * own),
-        in_lanes(most * (m + 1)),
-        in_lanes(LINE * most * rows),
+        in_lanes((kept + 1) * own),
+        in_lanes(kept * (m + 1)),
+        in_lanes(LINE * kept * rows),
     )
     for b in range(first, last, LANES):
         eight_timed(grids, asked, b, finer, memory, found)

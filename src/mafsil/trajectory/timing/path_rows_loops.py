@@ -18,9 +18,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.kernels.loops.lanes import any_lane, lanes, magnitude, part, square_root, where
+from mafsil.kernels.loops.lanes import any_lane, lanes, magnitude, part, put, square_root, where
 from mafsil.kernels.loops.loop import compiled
-from mafsil.trajectory.tolerances import FEW_ROUNDINGS
+from mafsil.trajectory.tolerances import CORNER, FEW_ROUNDINGS
 
 FREE = 1e300
 """Squared velocity where nothing limits it."""
@@ -49,6 +49,39 @@ def lesser(a, b):
 def larger(a, b):
     """The larger of each lane."""
     return where(a > b, a, b)
+
+
+@compiled
+def taken(row, slopes, lane):
+    """The derivative of a polynomial into a lane.
+
+    Args:
+        row: (degree + 1, n) in ascending powers.
+        slopes: degree n lanes.
+        lane: which.
+    """
+    degree, n = len(row) - 1, row.shape[1]
+    for k in range(degree):
+        for j in range(n):
+            put(slopes, k * n + j, lane, row[k + 1, j] * (k + 1.0))
+
+
+@compiled
+def lanes_that_turn(ending, before, beginning, h, n):
+    """The lanes in which the direction of the path jumps where one interval ends and the next begins.
+
+    Args:
+        ending: n lanes, change of the coordinates at the end of the interval, over its parameter 0 .. 1.
+        before: length of that interval.
+        beginning, h: of the next interval, at its beginning.
+        n: coordinates.
+    """
+    size, jump = lanes(0.0), lanes(0.0)
+    for j in range(n):
+        last, first = ending[j] / before, beginning[j] / h
+        size = larger(larger(magnitude(first), magnitude(last)), size)
+        jump = larger(magnitude(first - last), jump)
+    return jump > size * CORNER
 
 
 @compiled

@@ -189,15 +189,17 @@ def solve_timing(problem: TimingProblem) -> Timings:
     """Both passes over all paths, on even grids; or on coarse ones, divided where time is lost, as ROUNDS says."""
     flat, limits = flatten_paths(problem.paths), (problem.velocity, problem.acceleration)
     ends = path_grid_loops.end_squares(flat.coefficients, flat.knots, flat.firsts, problem.start, problem.end)
-    rounds = ROUNDS if problem.intervals is None else (problem.intervals,)
+    first, *goals = ROUNDS if problem.intervals is None else (problem.intervals,)
     begins = np.empty(len(problem.paths) + 1, np.int64)
-    s, piece = path_grid_loops.all_divided(flat.knots, flat.firsts, rounds[0], begins)
-    found = time_on_grids(flat, Grid(s, piece, begins), limits, ends, finer=len(rounds) > 1)
-    for round_, goal in enumerate(rounds[1:], 2):
+    s, piece = path_grid_loops.all_divided(flat.knots, flat.firsts, first, begins)
+    # A grid that has as many intervals as are wanted would come out of a round as it went in.
+    goals = [goal for goal in goals if goal >= np.diff(begins).min()]
+    found = time_on_grids(flat, Grid(s, piece, begins), limits, ends, finer=bool(goals))
+    for round_, goal in enumerate(goals, 1):
         begins = np.empty_like(begins)
         loss = np.where(np.isfinite(found.loss), found.loss, 0.0)
         s, piece = path_grid_loops.all_subdivided(found.s, found.piece, found.begins, loss, goal, begins)
-        found = time_on_grids(flat, Grid(s, piece, begins), limits, ends, finer=round_ < len(rounds))
+        found = time_on_grids(flat, Grid(s, piece, begins), limits, ends, finer=round_ < len(goals))
     return found
 
 
