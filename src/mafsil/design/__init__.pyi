@@ -1,0 +1,12 @@
+from mafsil.design.accuracy import Accuracy as Accuracy
+from mafsil.design.accuracy import Tolerances as Tolerances
+from mafsil.design.accuracy import accuracy as accuracy
+from mafsil.design.allocation import Allocation as Allocation
+from mafsil.design.allocation import allocate as allocate
+from mafsil.design.arm import ArmDesign as ArmDesign
+from mafsil.design.arm import Drive as Drive
+from mafsil.design.arm import Material as Material
+from mafsil.design.arm import Parameter as Parameter
+from mafsil.design.arm import ParametricArm as ParametricArm
+from mafsil.design.arm import Tube as Tube
+from mafsil.design.elastic import FlexibleArm as FlexibleArm
