@@ -9,4 +9,11 @@ from mafsil.design.arm import Material as Material
 from mafsil.design.arm import Parameter as Parameter
 from mafsil.design.arm import ParametricArm as ParametricArm
 from mafsil.design.arm import Tube as Tube
+from mafsil.design.drives import Catalogue as Catalogue
+from mafsil.design.drives import DriveChoice as DriveChoice
+from mafsil.design.drives import pick_drives as pick_drives
 from mafsil.design.elastic import FlexibleArm as FlexibleArm
+from mafsil.design.tasks import Evaluation as Evaluation
+from mafsil.design.tasks import TaskSet as TaskSet
+from mafsil.design.tasks import evaluate as evaluate
+from mafsil.design.tasks import measure_designs as measure_designs

@@ -165,13 +165,24 @@ class ArmDesign:
         robot: with masses.
         values: of the parameters.
         tubes: of the link behind each joint, None for a rigid one.
-        stiffness: (n,) of the joints; infinite for rigid ones [N m/rad | N/m].
+        drives: of the joints, None where nothing is said.
     """
 
     robot: Robot
     values: Mapping[str, float]
     tubes: tuple[Tube | None, ...]
-    stiffness: Floats
+    drives: tuple[Drive | None, ...]
+
+    @classmethod
+    def rigid(cls, robot: Robot) -> ArmDesign:
+        """Any robot as a design: rigid links, rigid gears, masses as they are."""
+        nothing = (None,) * len(robot.mechanism.joints)
+        return cls(robot, {}, nothing, nothing)
+
+    @property
+    def stiffness(self) -> Floats:
+        """(n,) of the joints; infinite for rigid ones [N m/rad | N/m]."""
+        return np.array([inf if drive is None else drive.stiffness for drive in self.drives])
 
     @property
     def mass(self) -> float:
@@ -251,8 +262,7 @@ class ParametricArm:
         bare = mechanism_of(table_of(table, "", self.name))
         tubes, drives = (tuple(pair[k] for pair in parts) for k in range(2))
         robot = Robot(_with_masses(bare, tubes, drives))
-        stiffness = np.array([inf if drive is None else drive.stiffness for drive in drives])
-        return ArmDesign(robot, values, tubes, frozen(stiffness))
+        return ArmDesign(robot, values, tubes, drives)
 
 
 def _with_masses(arm: Mechanism, tubes: Sequence[Tube | None], drives: Sequence[Drive | None]) -> Mechanism:

@@ -8,7 +8,7 @@ alone, is compiled once and kept in the cache.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ import numpy as np
 import mafsil.kernels as kernels
 from mafsil.arrays import Floats, JointVector, PoseMatrix, frozen
 from mafsil.errors import InputError
+from mafsil.geometry import pose
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.body_tree import Attachment, Body, BodyTree, RigidInertia, lump_bodies
@@ -34,6 +35,14 @@ else:
     inverse_dynamics = lazily("mafsil.mechanics.quantities.inverse_dynamics")
     jacobian = lazily("mafsil.mechanics.quantities.jacobian")
 
+RANK = 1e-9
+"""Singular values below this share of the largest entry are none."""
+ITERATIONS, RESTARTS = 40, 3
+"""Steps of an attempt, and further starts of poses still open, of the search for many designs."""
+REACHED = 1e-9
+"""Error of the tool that counts as none [m | rad]."""
+STRETCH = 0.5
+"""Largest joint motion of a step of that search [rad | m]."""
 Kinds = tuple[tuple[str, float], ...]
 """Kind and pitch of each joint."""
 
@@ -88,6 +97,18 @@ class ArmNumbers:
         """Number of joints."""
         return len(self.kinds)
 
+    def spread(self) -> ArmNumbers:
+        """A batch of arms with an axis for the poses of each."""
+        parts = (self.places, self.bodies, self.armature, self.gravity)
+        return ArmNumbers(self.kinds, *(part[:, None] for part in parts))
+
+    def rank(self, with_turns: bool) -> int:
+        """Of the tool's Jacobian in general: the largest seen at random configurations of the first arm."""
+        q = np.random.default_rng(0).uniform(-1.5, 1.5, (16, self.n))
+        first = ArmNumbers(self.kinds, self.places.reshape(-1, self.n + 1, 4, 4)[0], *(np.zeros(0),) * 3)
+        J = first.pose_and_jacobian(q)[1][:, 0 if with_turns else 3 :]
+        return int(np.linalg.matrix_rank(J, tol=RANK * np.abs(J).max()).max())
+
     def pose_and_jacobian(self, q: JointVector) -> tuple[PoseMatrix, Floats]:
         """T_st (..., 4, 4) and body Jacobian (..., 6, n) at q (..., n)."""
         return pose_kernel(self.kinds)(q, _rows(self.places))
@@ -97,6 +118,63 @@ class ArmNumbers:
         kernel = torque_kernel(self.kinds)
         rigid = kernel(q, qd, qdd, tip_wrench, _rows(self.places), self.bodies, self.gravity)
         return np.asarray(rigid) + self.armature * qdd
+
+
+def configurations(
+    arms: ArmNumbers, poses: PoseMatrix, task: str, lower: Floats, upper: Floats, seed: int
+) -> JointVector:
+    """(S, P, n) configurations of S arms for P poses, NaN where none was found: damped steps from seeded starts.
+
+    dq = J' (J J' + |e|^2 E)^-1 e, with e the error in the tool's frame, clipped to the limits.
+
+    Args:
+        arms: (S, 1) of them.
+        poses: (P, 4, 4) of the tool.
+        task: `pose` or `position`.
+        lower, upper: (S, n) bounds of the joints.
+        seed: of the starts.
+
+    Reference: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011.
+    """
+    places: PoseMatrix = arms.places[:, 0]
+    S, P, n = len(lower), len(poses), arms.n
+    rng, rows = np.random.default_rng(seed), slice(0 if task == "pose" else 3, 6)
+    q = np.full((S, P, n), np.nan)
+    open_rows = np.stack(np.unravel_index(np.arange(S * P), (S, P)), axis=-1)
+    for attempt in range(1 + RESTARTS):
+        if not len(open_rows):
+            break
+        s, p = open_rows.T
+        low, high = lower[s], upper[s]
+        start = (
+            rng.uniform(0.0, 1.0, (P, n)) if attempt else np.full((P, n), 0.5) + 0.3 * rng.uniform(-0.5, 0.5, (P, n))
+        )
+        here, active = low + start[p] * (high - low), np.arange(len(s))
+        done = np.zeros(len(s), dtype=np.bool_)
+        for _ in range(ITERATIONS):
+            part = replace(arms, places=places[s[active]])
+            T, J = part.pose_and_jacobian(here[active])
+            e, J = _error(T, poses[p[active]], task), J[:, rows]
+            solved = np.abs(e).max(axis=1) < REACHED
+            done[active[solved]] = True
+            active, e, J = active[~solved], e[~solved], J[~solved]
+            if not len(active):
+                break
+            A = J @ J.transpose(0, 2, 1) + ((e**2).sum(axis=1) + 1e-12)[:, None, None] * np.eye(e.shape[1])
+            towards: Floats = np.asarray(np.linalg.solve(A, e[..., None]), dtype=np.float64)
+            step = (J.transpose(0, 2, 1) @ towards)[..., 0]
+            step = step * np.minimum(1.0, STRETCH / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12))
+            here[active] = np.clip(here[active] + step, low[active], high[active])
+        q[s[done], p[done]] = here[done]
+        open_rows = open_rows[~done]
+    return q
+
+
+def _error(T: PoseMatrix, wanted: PoseMatrix, task: str) -> Floats:
+    """(k, 3 | 6) way to the wanted pose in the tool's frame."""
+    if task == "pose":
+        return np.asarray(pose.error(T, wanted))
+    return np.einsum("kji,kj->ki", T[:, :3, :3], wanted[:, :3, 3] - T[:, :3, 3])
 
 
 def _rows(places: PoseMatrix) -> Floats:
