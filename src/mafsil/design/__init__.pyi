@@ -13,6 +13,9 @@ from mafsil.design.drives import Catalogue as Catalogue
 from mafsil.design.drives import DriveChoice as DriveChoice
 from mafsil.design.drives import pick_drives as pick_drives
 from mafsil.design.elastic import FlexibleArm as FlexibleArm
+from mafsil.design.search import Front as Front
+from mafsil.design.search import FrontPoint as FrontPoint
+from mafsil.design.search import optimise as optimise
 from mafsil.design.tasks import Evaluation as Evaluation
 from mafsil.design.tasks import TaskSet as TaskSet
 from mafsil.design.tasks import evaluate as evaluate

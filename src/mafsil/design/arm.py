@@ -187,7 +187,7 @@ class ArmDesign:
     @property
     def mass(self) -> float:
         """Of all links, the base's too [kg]."""
-        return sum(link.inertial.mass for link in self.robot.mechanism.links if link.inertial is not None)
+        return sum((link.inertial.mass for link in self.robot.mechanism.links if link.inertial is not None), 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -185,7 +185,8 @@ class DriveChoice(Answer, data="names total goal mass peak heat speed rejected n
     def rejected(self) -> dict[str, dict[str, str]]:
         """By joint, why each drive that does not serve is rejected."""
         names = self.catalogue.name
-        rows = ({name: REASONS[k] for name, k in zip(names, row, strict=True) if k} for row in self.reasons)
+        codes = cast("list[list[int]]", self.reasons.tolist())
+        rows = [{name: REASONS[k] for name, k in zip(names, row, strict=True) if k} for row in codes]
         return dict(zip(self.joints, rows, strict=True))
 
     @property

@@ -7,7 +7,7 @@ alone, is compiled once and kept in the cache.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -121,7 +121,14 @@ class ArmNumbers:
 
 
 def configurations(
-    arms: ArmNumbers, poses: PoseMatrix, task: str, lower: Floats, upper: Floats, seed: int
+    arms: ArmNumbers,
+    poses: PoseMatrix,
+    task: str,
+    lower: Floats,
+    upper: Floats,
+    seed: int,
+    starts: int,
+    quality: Callable[[PoseMatrix, Floats], Floats],
 ) -> JointVector:
     """(S, P, n) configurations of S arms for P poses, NaN where none was found: damped steps from seeded starts.
 
@@ -133,23 +140,27 @@ def configurations(
         task: `pose` or `position`.
         lower, upper: (S, n) bounds of the joints.
         seed: of the starts.
+        starts: from which every pose is tried; the best of the configurations found is kept.
+        quality: of configurations, from poses (k, 4, 4) and body Jacobians (k, 6, n) of the tool.
 
     Reference: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011.
     """
     places: PoseMatrix = arms.places[:, 0]
     S, P, n = len(lower), len(poses), arms.n
     rng, rows = np.random.default_rng(seed), slice(0 if task == "pose" else 3, 6)
-    q = np.full((S, P, n), np.nan)
-    open_rows = np.stack(np.unravel_index(np.arange(S * P), (S, P)), axis=-1)
+    q, best = np.full((S, P, n), np.nan), np.full((S, P), -np.inf)
     for attempt in range(1 + RESTARTS):
-        if not len(open_rows):
+        missed = np.argwhere(np.isinf(best))
+        if not len(missed):
             break
-        s, p = open_rows.T
+        tries = 1 if attempt else starts
+        s, p = np.tile(missed, (tries, 1)).T
+        points = rng.uniform(0.0, 1.0, (tries, P, n))
+        if not attempt:
+            points[0] = 0.35 + 0.3 * points[0]
         low, high = lower[s], upper[s]
-        start = (
-            rng.uniform(0.0, 1.0, (P, n)) if attempt else np.full((P, n), 0.5) + 0.3 * rng.uniform(-0.5, 0.5, (P, n))
-        )
-        here, active = low + start[p] * (high - low), np.arange(len(s))
+        here = low + points[np.repeat(np.arange(tries), len(missed)), p] * (high - low)
+        active = np.arange(len(s))
         done = np.zeros(len(s), dtype=np.bool_)
         for _ in range(ITERATIONS):
             part = replace(arms, places=places[s[active]])
@@ -165,8 +176,11 @@ def configurations(
             step = (J.transpose(0, 2, 1) @ towards)[..., 0]
             step = step * np.minimum(1.0, STRETCH / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12))
             here[active] = np.clip(here[active] + step, low[active], high[active])
-        q[s[done], p[done]] = here[done]
-        open_rows = open_rows[~done]
+        s, p, here = s[done], p[done], here[done]
+        value = quality(*replace(arms, places=places[s]).pose_and_jacobian(here)) if tries > 1 else np.zeros(len(s))
+        # Of several configurations for one pose the last that is written is the best.
+        order = np.argsort(value, kind="stable")
+        q[s[order], p[order]], best[s[order], p[order]] = here[order], value[order]
     return q
 
 

@@ -16,7 +16,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix, Vector3, as_batch, frozen, not_negative, positive
+from mafsil.arrays import (
+    Booleans,
+    Floats,
+    JointVector,
+    PoseMatrix,
+    Vector3,
+    as_batch,
+    frozen,
+    not_negative,
+    positive,
+    whole,
+)
 from mafsil.collision import Checker, Scene
 from mafsil.design.arm import ArmDesign
 from mafsil.design.elastic import FlexibleArm
@@ -238,7 +249,7 @@ def evaluate(
     collides = np.zeros(len(q), dtype=np.bool_)
     if tasks.scene is not None:
         collides = np.asarray(Checker(robot, tasks.scene).in_collision(here)) & reached
-    T, J = robot.fk(here), np.asarray(robot.jacobian_body(here))
+    J = np.asarray(robot.jacobian_body(here))
     hung = np.full(len(q), np.inf)
     if np.any(robot.mechanism.gravity) and has_inertia(robot.mechanism):
         hung = np.asarray(largest_payload(robot, here, tasks.centre).largest)
@@ -247,7 +258,7 @@ def evaluate(
         torque = loaded.inverse_dynamics
     peak, rms, speed, energy = _cycle(torque, here, period)
     return Evaluation(
-        design, q, reached, collides, condition(T, J, tasks, rank) * hollow,
+        design, q, reached, collides, condition(J, tasks, rank) * hollow,
         np.asarray(torque(here, 0.0 * here, 0.0 * here)) * hollow[:, None], hung * hollow,
         rests * hollow, flexible.frequencies(here, 1)[:, 0] * hollow, peak, rms, speed, float(energy),
     )  # fmt: skip
@@ -259,7 +270,7 @@ def _nothing(q: JointVector, qd: JointVector, qdd: JointVector) -> JointVector:
 
 
 def measure_designs(
-    designs: Sequence[ArmDesign], tasks: TaskSet, names: Sequence[str], *, seed: int = 0
+    designs: Sequence[ArmDesign], tasks: TaskSet, names: Sequence[str], *, seed: int = 0, starts: int = 1
 ) -> tuple[dict[str, Floats], JointVector]:
     """Measures of many designs of one parametric arm, by the kernels of the family.
 
@@ -268,6 +279,7 @@ def measure_designs(
         tasks: what they shall do; obstacles are left to `evaluate`.
         names: of `MEASURES`, but `payload`, which is that of single designs.
         seed: of the starts; equal seeds give equal results.
+        starts: of the inverse kinematics for every pose; the best conditioned configuration is kept.
 
     Returns:
         (S,) each, NaN where poses are missed and the measure means nothing then; and (S, P, n) configurations, NaN
@@ -281,14 +293,17 @@ def measure_designs(
             raise InputError("input.choice", name="measure", value=name, known=", ".join(MEASURES))
     arms = ArmNumbers.stack([ArmNumbers.of(design.robot) for design in designs]).spread()
     bounds = np.array([ranges(design.robot) for design in designs])
-    q = configurations(arms, tasks.poses, tasks.task, bounds[:, 0], bounds[:, 1], seed)
+    rank = arms.rank(tasks.characteristic_length is not None)
+    q = configurations(
+        arms, tasks.poses, tasks.task, bounds[:, 0], bounds[:, 1], seed, whole("starts", starts, least=1, most=1000),
+        lambda T, J: condition(J, tasks, rank),
+    )  # fmt: skip
     reached: Booleans = np.asarray(np.isfinite(q).all(axis=-1))
-    here, whole = np.where(reached[..., None], q, 0.0), reached.all(axis=-1)
-    hollow = np.where(whole, 1.0, np.nan)
+    here, hollow = np.where(reached[..., None], q, 0.0), np.where(reached.all(axis=-1), 1.0, np.nan)
     loaded, limits = tasks.loaded(arms), np.array([design.robot.limits.effort for design in designs])[:, None]
     found: dict[str, Floats] = {"reached": np.asarray(reached.mean(axis=-1))}
     if "condition" in names:
-        values = condition(*arms.pose_and_jacobian(here), tasks, arms.rank(tasks.characteristic_length is not None))
+        values = condition(arms.pose_and_jacobian(here)[1], tasks, rank)
         found["condition"] = np.asarray(values.min(axis=-1)) * hollow
     if {"static_torque", "utilisation"} & set(names):
         tau = np.abs(loaded.torque(here, 0.0 * here, 0.0 * here, np.zeros(6)))
@@ -313,11 +328,10 @@ def _elastic(design: ArmDesign, tasks: TaskSet, q: JointVector, name: str) -> fl
     return float(np.linalg.norm(arm.deflection(q)[:, 3:], axis=1).max())
 
 
-def condition(T: PoseMatrix, J: Floats, tasks: TaskSet, rank: int) -> Floats:
+def condition(J: Floats, tasks: TaskSet, rank: int) -> Floats:
     """(...,) smallest over largest singular value of the tool's Jacobian.
 
     Args:
-        T: (..., 4, 4) poses of the tool.
         J: (..., 6, n) body Jacobians.
         tasks: say whether turns count.
         rank: of the Jacobian in general: a plane arm has only so many singular values.
