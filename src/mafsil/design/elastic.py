@@ -20,6 +20,7 @@ from mafsil.arrays import Floats, JointVector, as_batch, not_negative, single, w
 from mafsil.design.arm import SHORTEST, ArmDesign, Tube
 from mafsil.mechanics.inertial_parameters import inertial_of, parameters_of
 from mafsil.mechanics.rigid_body import RigidBody
+from mafsil.mechanics.textbook import Textbook
 from mafsil.model import Inertial, JointKind
 from mafsil.model.placement import frame_along
 
@@ -45,9 +46,11 @@ class FlexibleArm:
     ) -> None:
         self.design, self.beams = design, whole("beams", beams, least=1, most=50)
         mechanism = design.robot.mechanism
+        # In NumPy: a kernel of each design's own would take longer than all its beams.
+        self._chain = Textbook(mechanism)
         mass = not_negative("payload", payload)
         at_tip = Inertial(mass, single("centre", centre, (3,)), np.zeros((3, 3)))
-        self._tip = RigidBody(at_tip).seen_from(np.linalg.inv(np.eye(4)))
+        self._tip = RigidBody(at_tip).spatial_inertia
         ends = [*(joint.T_pj for joint in mechanism.joints[1:]), mechanism.T_lt]
         self._tubes = [
             tube if tube is not None and np.linalg.norm(end[:3, 3]) > SHORTEST else None
@@ -63,8 +66,8 @@ class FlexibleArm:
 
     def matrices(self, q: JointVector) -> tuple[Floats, Floats, Floats, Floats]:
         """Stiffness K (N, N), mass M (N, N), load of gravity (N,), and how the tip moves (6, N) in {s}, at q (n,)."""
-        robot, mechanism = self.design.robot, self.design.robot.mechanism
-        poses, N = robot.link_poses(q), self.freedoms
+        mechanism, N = self.design.robot.mechanism, self.freedoms
+        poses = self._chain.poses(np.asarray(q)[None])[0]
         K, M, load, B = np.zeros((N, N)), np.zeros((N, N)), np.zeros(N), np.zeros((6, N))
         free, g = len(self._springs), np.asarray(mechanism.gravity)
         for k, joint in enumerate(mechanism.joints):

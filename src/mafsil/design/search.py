@@ -269,9 +269,8 @@ def _weights(goals: int, count: int) -> Floats:
     """(count, goals) weights between the goals: evenly spaced for two, a low-discrepancy sequence for more."""
     if goals == 2:
         share = (np.arange(count) + 1.0) / (count + 1.0)
-        return np.stack([share, 1.0 - share], axis=1)
+        return np.asarray(np.stack([share, 1.0 - share], axis=1), dtype=np.float64)
     roots = np.sqrt(np.array([2.0, 3.0, 5.0, 7.0, 11.0, 13.0]))[np.arange(goals) % 6]
     spread = ((np.arange(max(count, 0)) + 0.5)[:, None] * roots) % 1.0
     rows: Floats = -np.log(np.asarray(spread + 1e-3, dtype=np.float64))
-    total: Floats = rows.sum(axis=1, keepdims=True)
-    return np.asarray(rows / total, dtype=np.float64)
+    return np.asarray(rows / np.asarray(rows.sum(axis=1, keepdims=True)), dtype=np.float64)
