@@ -110,7 +110,11 @@ def allocate(
     if (room <= 0.0).any():
         return Allocation(AllocationStatus.NO_ROOM, {}, inf, inf, np.sqrt(spent), wanted, most)
     felt = A.max(axis=0) > FELT * A.max()
-    t, bound = _cheapest(A[:, felt] / room[:, None], c[felt])
+    # In units in which numbers near one meet.
+    size = float(np.sqrt(room / A[:, felt].mean(axis=1)).min())
+    unit_cost = float(c[felt].mean())
+    t, bound = _cheapest(A[:, felt] * (size**2 / room[:, None]), c[felt] / unit_cost)
+    t, bound = t * size, bound * unit_cost / size
     cost = float((c[felt] / t).sum())
     proved = cost - bound <= CLOSED * cost
     found = dict(zip([name for name, one in zip(names, felt, strict=True) if one], t.tolist(), strict=True))
@@ -131,9 +135,8 @@ def _cheapest(A: Floats, c: Floats) -> tuple[Floats, float]:
         return -float((c / t).sum() + weights @ (A @ t**2 - 1.0)), -(A @ t**2 - 1.0) * weights
 
     start = np.full(len(A), np.log(_one_pose(A.mean(axis=0), c) / len(A)))
-    found: Any = minimize(
-        dual, start, jac=True, method="L-BFGS-B", options={"maxiter": 10_000, "ftol": 1e-15, "gtol": 1e-12}
-    )
+    options = {"maxiter": 10_000, "ftol": 1e-15, "gtol": 1e-12}
+    found: Any = minimize(dual, start, jac=True, method="L-BFGS-B", options=options)
     t = least(np.exp(found.x))
     return t / sqrt(float((A @ t**2).max())), -float(found.fun)
 
