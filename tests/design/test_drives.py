@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.design import Catalogue, ParametricArm, pick_drives
+from mafsil.design import Catalogue, ParametricArm, fit_drives, pick_drives
 from mafsil.design.drives import REASONS
 from tests.design.test_arm import TABLE
 
@@ -94,6 +94,26 @@ def test_thousand_drives_for_six_joints() -> None:
     assert found.nodes < 2000
     lighter = found.catalogue.mass < found.mass[5]
     assert (found.reasons[5][lighter] > 0).all()
+
+
+def test_chosen_drives_are_what_the_fitted_arm_has() -> None:
+    """The efforts of the arm with its drives, by its own kernels, are within what the drives give."""
+    arm, motion = ParametricArm.of(TABLE), duty(6, 1, 100)
+    choice = pick_drives(arm.at(upper=0.5), random_catalogue(200, 3, weakest=2.0), *motion, payload=5.0)
+    assert choice
+    fitted = fit_drives(arm, choice).at(upper=0.5)
+    rows, c = choice.chosen, choice.catalogue
+    assert fitted.mass - arm.at(upper=0.5).mass == pytest.approx(choice.total - (5 + 5 + 3 + 1 + 1))
+    rigid = fitted.robot.with_payload(5.0, com=(0, 0, 0)).inverse_dynamics(*motion)
+    rotors = c.rotor_inertia[rows] * c.ratio[rows] ** 2 * motion[2]
+    tau = rigid - rotors
+    loss = np.where(tau * motion[1] >= 0, 1 / c.efficiency[rows], c.efficiency[rows])
+    motor = tau * loss / c.ratio[rows] + c.rotor_inertia[rows] * c.ratio[rows] * motion[2]
+    np.testing.assert_allclose(np.abs(motor).max(axis=0) / c.peak_torque[rows], choice.peak, rtol=1e-9)
+    np.testing.assert_allclose(np.sqrt((motor**2).mean(axis=0)) / c.continuous_torque[rows], choice.heat, rtol=1e-9)
+    assert (np.abs(motion[1]).max(axis=0) <= fitted.robot.limits.velocity).all()
+    with pytest.raises(mf.InputError, match="drives"):
+        fit_drives(ParametricArm.of({"convention": "modified", "joint": [{}]}), choice)
 
 
 def test_one_joint_against_the_closed_form_of_reductions() -> None:

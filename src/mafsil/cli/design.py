@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import count, number
@@ -19,6 +19,7 @@ from mafsil.design import (
     accuracy,
     allocate,
     evaluate,
+    fit_drives,
     optimise,
     pick_drives,
 )
@@ -26,8 +27,11 @@ from mafsil.design.tasks import cycle_motion
 from mafsil.errors import FileError, InputError
 from mafsil.messages import say
 from mafsil.model.saving import save
+from mafsil.robot import Robot
 from mafsil.toml_source import read_toml
 
+Reply: TypeAlias = tuple[dict[str, Any], list[str], bool, Robot]
+"""Data, lines, whether the answer is yes, and the robot that `--out` writes."""
 TABLES = ("arm", "tasks", "tolerances", "costs", "search")
 SAMPLES = 10_000
 """Arms with drawn errors that the first order is held against."""
@@ -104,9 +108,9 @@ def design(
         raise FileError("design.no_part", path=file, name="arm")
     chosen = dict(_value(word) for word in values or [])
     given = _File(file, tables, arm.at(**chosen), 0 if seed is None else count("--seed", seed), catalogue)
-    data, lines, answer = QUESTIONS[what](given, arm)
+    data, lines, answer, robot = QUESTIONS[what](given, arm)
     if out is not None:
-        save(given.design.robot.mechanism, Path(out))
+        save(robot.mechanism, Path(out))
         data["out"] = out
         lines.append(say("cli.design_written", path=out))
     refusal = None if answer else lines.pop(0)
@@ -120,45 +124,47 @@ def _value(word: str) -> tuple[str, float]:
     return name.strip(), number(name.strip(), value)
 
 
-def _shown(answer: Any) -> tuple[dict[str, Any], list[str], bool]:
-    return answer.to_dict(), answer.explain().split("\n"), bool(answer)
+def _shown(answer: Any, robot: Robot) -> Reply:
+    return answer.to_dict(), answer.explain().split("\n"), bool(answer), robot
 
 
-def _tasks(given: _File, arm: ParametricArm) -> tuple[dict[str, Any], list[str], bool]:
-    return _shown(given.evaluation())
+def _tasks(given: _File, arm: ParametricArm) -> Reply:
+    return _shown(given.evaluation(), given.design.robot)
 
 
-def _accuracy(given: _File, arm: ParametricArm) -> tuple[dict[str, Any], list[str], bool]:
+def _accuracy(given: _File, arm: ParametricArm) -> Reply:
     """At every pose of the tasks; the worst in words."""
     judged, tolerances = given.placed(), Tolerances(**_known(given, "tolerances"))
     payload = float(given.table("tasks").get("payload", 0.0))
     found = [accuracy(given.design, q, tolerances, payload=payload, samples=SAMPLES, seed=given.seed) for q in judged.q]
     worst = max(range(len(found)), key=lambda k: found[k].rms)
-    _, lines, _ = _shown(found[worst])
+    lines = found[worst].explain().split("\n")
     data = {"poses": [one.to_dict() for one in found], "worst": worst}
-    return data, [say("cli.design_worst_pose", number=worst), *lines], all(found)
+    return data, [say("cli.design_worst_pose", number=worst), *lines], all(found), given.design.robot
 
 
-def _allocate(given: _File, arm: ParametricArm) -> tuple[dict[str, Any], list[str], bool]:
+def _allocate(given: _File, arm: ParametricArm) -> Reply:
     costs = given.table("costs")
     wanted = costs.pop("wanted", None)
     if wanted is None:
         raise FileError("design.missing_key", path=given.path, place="costs", name="wanted")
     fixed = Tolerances(**(_known(given, "tolerances") if "tolerances" in given.tables else {}))
-    return _shown(allocate(given.design, given.placed().q, wanted, costs, fixed=fixed))
+    return _shown(allocate(given.design, given.placed().q, wanted, costs, fixed=fixed), given.design.robot)
 
 
-def _drives(given: _File, arm: ParametricArm) -> tuple[dict[str, Any], list[str], bool]:
+def _drives(given: _File, arm: ParametricArm) -> Reply:
     tasks = TaskSet.of(given.table("tasks"), given.path)
     if given.catalogue is None or tasks.period is None:
         raise InputError("cli.design_drives_need")
     motion = (part.reshape(-1, given.design.robot.n) for part in cycle_motion(given.placed().q, tasks.period))
     q, qd, qdd = motion
     catalogue = Catalogue.of(given.catalogue)
-    return _shown(pick_drives(given.design, catalogue, q, qd, qdd, payload=tasks.payload, centre=tasks.centre))
+    choice = pick_drives(given.design, catalogue, q, qd, qdd, payload=tasks.payload, centre=tasks.centre)
+    robot = fit_drives(arm, choice).robot(**given.design.values) if choice else given.design.robot
+    return _shown(choice, robot)
 
 
-def _search(given: _File, arm: ParametricArm) -> tuple[dict[str, Any], list[str], bool]:
+def _search(given: _File, arm: ParametricArm) -> Reply:
     known = ("goals", "limits", "points", "population", "generations", "starts")
     entries = given.table("search")
     for name in entries:
@@ -166,10 +172,11 @@ def _search(given: _File, arm: ParametricArm) -> tuple[dict[str, Any], list[str]
             raise FileError("design.unknown_key", path=given.path, place=f"search.{name}", known=", ".join(known))
     goals = entries.pop("goals", [])
     tasks = TaskSet.of(given.table("tasks"), given.path)
-    return _shown(optimise(arm, tasks, goals, entries.pop("limits", None), seed=given.seed, **entries))
+    front = optimise(arm, tasks, goals, entries.pop("limits", None), seed=given.seed, **entries)
+    return _shown(front, front.points[0].design.robot if front else given.design.robot)
 
 
-def _robot(given: _File, arm: ParametricArm) -> tuple[dict[str, Any], list[str], bool]:
+def _robot(given: _File, arm: ParametricArm) -> Reply:
     robot = given.design.robot
     parts = [
         say(
@@ -180,7 +187,7 @@ def _robot(given: _File, arm: ParametricArm) -> tuple[dict[str, Any], list[str],
         )
         for joint, tube, drive in zip(robot.mechanism.joints, given.design.tubes, given.design.drives, strict=True)
     ]
-    return {"mass": given.design.mass, "joints": robot.n}, [*str(robot).split("\n"), *parts], True
+    return {"mass": given.design.mass, "joints": robot.n}, [*str(robot).split("\n"), *parts], True, robot
 
 
 def _section(tube: Any) -> str:
@@ -195,7 +202,7 @@ def _known(given: _File, name: str) -> dict[str, Any]:
     return entries
 
 
-QUESTIONS: dict[str, Callable[[_File, ParametricArm], tuple[dict[str, Any], list[str], bool]]] = {
+QUESTIONS: dict[str, Callable[[_File, ParametricArm], Reply]] = {
     "robot": _robot, "tasks": _tasks, "accuracy": _accuracy, "allocate": _allocate, "drives": _drives,
     "search": _search,
 }  # fmt: skip

@@ -9,8 +9,9 @@ from mafsil.design.arm import Material as Material
 from mafsil.design.arm import Parameter as Parameter
 from mafsil.design.arm import ParametricArm as ParametricArm
 from mafsil.design.arm import Tube as Tube
-from mafsil.design.drives import Catalogue as Catalogue
+from mafsil.design.catalogue import Catalogue as Catalogue
 from mafsil.design.drives import DriveChoice as DriveChoice
+from mafsil.design.drives import fit_drives as fit_drives
 from mafsil.design.drives import pick_drives as pick_drives
 from mafsil.design.elastic import FlexibleArm as FlexibleArm
 from mafsil.design.search import Front as Front

@@ -96,8 +96,8 @@ class Front(Answer, entries="points", data="goals designs evaluated=count"):
         lines = [self.status.sentence(language, **details)]
         for row in self.designs:
             numbers = ", ".join(f"{name} {value:.4g}" for name, value in row.items() if name != "proved")
-            mark = "design.point_proved" if row["proved"] else "design.point_not_proved"
-            lines.append(say(mark, language=language, numbers=numbers))
+            key = "design.point_proved" if row["proved"] else "design.point_not_proved"
+            lines.append(say(key, language=language, numbers=numbers))
         return "\n".join(lines)
 
 
