@@ -82,6 +82,14 @@ def test_wrong_arguments() -> None:
     ):  # fmt: skip
         with pytest.raises(mf.InputError, match=word):
             optimise(plane_arm(), tasks, **changes)  # type: ignore[arg-type]
+    with pytest.raises(mf.InputError, match="period"):
+        optimise(plane_arm(), tasks, ["mass"], {"energy": 3.0})
+    with pytest.raises(mf.InputError, match="frequency"):
+        optimise(plane("l1", "l2"), tasks, ["frequency"])
+    screw = [{"kind": "H", "pitch": "l"}]
+    arm = {"convention": "frames", "parameters": {"l": {"value": 0.1, "low": 0.0, "high": 0.2}}, "joint": screw}
+    with pytest.raises(mf.InputError, match="pitch"):
+        optimise(ParametricArm.of(arm), tasks, ["mass"])
     fixed = ParametricArm.of({"convention": "modified", "joint": [{}], "tool": {"xyz": [0.5, 0.0, 0.0]}})
     with pytest.raises(mf.InputError, match="range"):
         optimise(fixed, tasks, ["mass"])

@@ -229,7 +229,7 @@ CALLS = (
     "mf.design.allocate(robot=R2, q=Q2, wanted=0.001, costs={'zero': 1.0})",
     "mf.design.pick_drives(design=STUDY, catalogue=SIZES, q=Q23, qd=0 * Q23 + 1, qdd=0 * Q23, payload=1.0, "
     "backlash=0.01)",
-    "mf.design.optimise(arm=FAMILY, tasks=SPOT, goals=['mass'], limits={'mass': 9.0}, population=5, generations=1)",
+    "mf.design.optimise(arm=FAMILY, tasks=CHORE, goals=['mass'], limits={'mass': 9.0}, population=5, generations=1)",
     # trajectory
     "trajectory.bspline(control_points=[[0.0], [1.0], [2.0], [1.0]], duration=1.0)",
     "trajectory.cartesian_line(robot=R6, q_start=Q6, T_goal=LINE6, duration=2.0, tolerance=1e-6)",
@@ -455,7 +455,7 @@ def _designs(_: dict[str, Any]) -> dict[str, Any]:
     })  # fmt: skip
     one = {"name": "a", "peak_torque": 9.0, "continuous_torque": 5.0, "speed": 500.0, "rotor_inertia": 1e-5}
     return {
-        "FAMILY": family, "STUDY": family.at(), "SPOT": mf.design.TaskSet.of({"points": [[0.5, 0.1, 0.0]]}),
+        "FAMILY": family, "STUDY": family.at(), "CHORE": mf.design.TaskSet.of({"points": [[0.5, 0.1, 0.0]]}),
         "SIZES": mf.design.Catalogue.of([{**one, "ratio": 100.0, "efficiency": 0.8, "mass": 2.0}]),
     }  # fmt: skip
 

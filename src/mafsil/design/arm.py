@@ -217,7 +217,10 @@ class ParametricArm:
         """
         name = "<table>" if isinstance(source, Mapping) else str(source)
         table = dict(source if isinstance(source, Mapping) else read_toml(source))
-        table = dict(cast("Mapping[str, Any]", table.get("arm", table)))
+        inner = table.get("arm", table)
+        if not isinstance(inner, Mapping):
+            raise FileError("design.no_part", path=name, name="arm")
+        table = dict(cast("Mapping[str, Any]", inner))
         given = table.pop("parameters", {})
         if not isinstance(given, Mapping):
             raise FileError("design.parameters", path=name)
@@ -331,11 +334,11 @@ def _real(path: str, place: str, value: Any) -> float:
 
 
 def _numbers_in(value: Any, names: Mapping[str, float], path: str, place: str = "") -> Any:
-    """Plain data with formulas replaced by their values: texts of joints, base and tool, but for names."""
+    """Plain data with formulas replaced by their values: texts of joints, base, tool and home, but for names."""
     if isinstance(value, dict):
         entries = cast("dict[str, Any]", value)
         return {
-            key: inner if key in NAMES or (not place and key not in ("joint", "base", "tool"))
+            key: inner if key in NAMES or (not place and key not in ("joint", "base", "tool", "home"))
             else _numbers_in(inner, names, path, f"{place}.{key}" if place else key)
             for key, inner in entries.items()
         }  # fmt: skip

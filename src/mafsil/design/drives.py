@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, as_batch, frozen, not_negative, single, whole
+from mafsil.arrays import Floats, as_batch, frozen, not_negative, single, spread, whole
 from mafsil.design.arm import ArmDesign, Drive, ParametricArm
 from mafsil.design.catalogue import Catalogue
 from mafsil.design.family import ArmNumbers
@@ -156,7 +156,7 @@ def pick_drives(
         raise InputError("input.shape", name="qd", expected=rows[0].shape, got=rows[1].shape, hint="")
     loads = TaskSet(np.eye(4)[None], payload=not_negative("payload", payload), centre=single("centre", centre, (3,)))
     fixed, unit = _efforts(given, loads.loaded(arms), *rows)
-    allowed = np.broadcast_to(np.asarray(backlash, dtype=np.float64), (n,))
+    allowed = spread("backlash", backlash, (n,), finite=False)
     if np.isnan(allowed).any() or (allowed < 0).any():
         raise InputError("input.range", name="backlash", value=backlash, low=0.0, high=inf)
     search = _Search(catalogue, fixed, unit, rows[1], rows[2], allowed, goal, whole("max_nodes", max_nodes, least=1))

@@ -88,7 +88,13 @@ class ArmNumbers:
 
     @classmethod
     def stack(cls, arms: Sequence[ArmNumbers]) -> ArmNumbers:
-        """Several arms of one kind of joints as a batch with one more axis in front."""
+        """Several arms of one kind of joints as a batch with one more axis in front.
+
+        Raises:
+            InputError: their joints differ in kind or pitch.
+        """
+        if any(each.kinds != arms[0].kinds for each in arms):
+            raise InputError("design.kinds_differ")
         columns = zip(*((each.places, each.bodies, each.armature, each.gravity) for each in arms), strict=True)
         return cls(arms[0].kinds, *(np.stack(column) for column in columns))
 

@@ -21,8 +21,9 @@ from scipy.optimize import differential_evolution
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, JointVector, number, whole
 from mafsil.design.arm import ArmDesign, ParametricArm
-from mafsil.design.tasks import MEASURES, Evaluation, TaskSet, evaluate, measure_designs
-from mafsil.errors import InputError
+from mafsil.design.elastic import FlexibleArm
+from mafsil.design.tasks import IN_CYCLE, MEASURES, Evaluation, TaskSet, evaluate, measure_designs
+from mafsil.errors import InputError, MafsilError
 from mafsil.messages import say
 
 BROKEN = 1e3
@@ -139,6 +140,11 @@ def optimise(
         raise InputError("design.nothing_free", name=arm.name)
     if not names:
         raise InputError("input.choice", name="goals", value="", known=", ".join(MEASURES))
+    asked = {*names, *bounds}
+    if tasks.period is None and asked & set(IN_CYCLE):
+        raise InputError("design.needs_period", name=", ".join(sorted(asked & set(IN_CYCLE))))
+    if "frequency" in asked and not FlexibleArm(arm.at()).freedoms:
+        raise InputError("design.all_rigid", name=arm.name)
     search = _Search(
         arm, tasks, names, bounds, whole("population", population, least=5, most=10_000),
         whole("generations", generations, least=1, most=100_000), whole("seed", seed, least=0),
@@ -191,10 +197,16 @@ class _Search:
         start = low + rng.uniform(size=(self.population, len(low))) * (high - low)
         best = self._best(weights, ideal, span)
         start[: len(best)] = best
-        differential_evolution(
-            value, self.bounds, init=start, maxiter=self.generations, vectorized=True, updating="deferred", rng=rng,
-            polish=False, tol=1e-10, atol=0.0,
-        )  # fmt: skip
+        try:
+            differential_evolution(
+                value, self.bounds, init=start, maxiter=self.generations, vectorized=True, updating="deferred", rng=rng,
+                polish=False, tol=1e-10, atol=0.0,
+            )  # fmt: skip
+        except RuntimeError as fault:
+            # SciPy takes every ValueError of a function for one of its own.
+            if isinstance(fault.__cause__, MafsilError):
+                raise fault.__cause__ from None
+            raise
 
     def _best(self, weights: Floats, ideal: Floats, span: Floats) -> Floats:
         """A few designs of earlier runs to start from."""
