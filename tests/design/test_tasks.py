@@ -90,6 +90,23 @@ def test_many_designs_are_as_each_one() -> None:
             assert measured[name][k] == pytest.approx(again[name][k], nan_ok=True, rel=0, abs=0)
 
 
+@pytest.mark.parametrize("name", ["panda", "ur5e", "puma560", "iiwa7"])
+def test_robots_of_the_library_are_rigid_designs(name: str) -> None:
+    robot = mf.load(name)
+    arm = robot.locked({j.name: 0.0 for j in robot.mechanism.coordinates[7:]}) if robot.n > 7 else robot
+    q = np.clip([0.2, -0.5, 0.4, -1.2, 0.3, 1.0, 0.2][: arm.n], arm.limits.lower, arm.limits.upper)
+    found = evaluate(arm, TaskSet(arm.fk(q)[None], payload=1.0), q0=q[None])
+    np.testing.assert_allclose(found.torque[0], arm.with_payload(1.0, com=(0, 0, 0)).gravity_torque(q), atol=1e-6)
+    assert found.measures["deflection"] == 0.0
+    error = mf.design.accuracy(arm, q, mf.design.Tolerances(zero=1e-4, temperature=5.0, expansion=1e-5), samples=2000)
+    assert error
+    row = {"name": "a", "peak_torque": 9.0, "continuous_torque": 5.0, "speed": 500.0, "rotor_inertia": 1e-5}
+    one = mf.design.Catalogue.of([{**row, "ratio": 100.0, "efficiency": 0.8, "mass": 0.0}])
+    still = mf.design.pick_drives(arm, one, q, 0 * q, 0 * q, payload=1.0)
+    assert still
+    np.testing.assert_allclose(still.peak * 9.0, np.abs(found.torque[0]) / 100 / 0.8, atol=1e-7)
+
+
 def test_wrong_arguments() -> None:
     for table, word in (
         ({}, "points"), ({"points": [[0, 0, 0]], "poses": []}, "points"), ({"points": [[0, 0]]}, "points"),

@@ -34,7 +34,6 @@ from mafsil.geometry import pose
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import adjoint
-from mafsil.robot import as_robot
 
 UNIFORM, LIMIT = sqrt(12.0), 3.0
 """Width of a distribution in standard deviations: of a uniform one, and on either side of a toleranced one."""
@@ -227,16 +226,14 @@ def accuracy(
     Raises:
         InputError: tolerances for another number of joints, no serial chain, a number out of its range.
     """
-    design = robot if isinstance(robot, ArmDesign) else None
-    arm = as_robot(robot.robot if isinstance(robot, ArmDesign) else robot)
+    design = ArmDesign.of(robot)
+    arm = design.robot
     numbers, u = ArmNumbers.of(arm), as_batch("q", q, (arm.n,), finite=True)
     if u.ndim != 1:
         raise InputError("input.shape", name="q", expected=(arm.n,), got=u.shape, hint="")
     count, payload = whole("samples", samples, least=0), not_negative("payload", payload)
     causes = Causes.of(numbers, arm.joint_names, tolerances, design)
-    bias = np.zeros(6)
-    if design is not None:
-        bias = FlexibleArm(design, payload=payload).deflection(u)
+    bias = FlexibleArm(design, payload=payload).deflection(u)
     nominal, _ = numbers.pose_and_jacobian(u)
     columns = causes.columns(u, nominal)
     labels = causes.labels
@@ -274,7 +271,7 @@ class Causes:
     growth: Floats
 
     @staticmethod
-    def of(numbers: ArmNumbers, names: tuple[str, ...], given: Tolerances, design: ArmDesign | None) -> Causes:
+    def of(numbers: ArmNumbers, names: tuple[str, ...], given: Tolerances, design: ArmDesign) -> Causes:
         """Those of an arm."""
         n = numbers.n
         amounts = {field.name: spread(field.name, getattr(given, field.name), (n,)) for field in fields(given)[:3]} | {
@@ -293,8 +290,9 @@ class Causes:
         rows = [row for row in rows if row[3] > 0.0]
         labels, frame, axis, sigma, uniform = zip(*rows, strict=True) if rows else ((), (), (), (), ())
         expansion = np.array(amounts["expansion"])
-        for k, tube in enumerate(design.tubes if design else ()):
-            expansion[k + 1] = expansion[k + 1] if tube is None else tube.material.expansion
+        for k, tube in enumerate(design.tubes):
+            if tube is not None:
+                expansion[k + 1] = tube.material.expansion
         growth = (given.temperature / LIMIT) * expansion[:, None] * numbers.places[:, :3, 3]
         axes = np.eye(6)[list(axis)].reshape(-1, 6)
         return Causes(

@@ -18,7 +18,6 @@ from mafsil.design.arm import ArmDesign
 from mafsil.design.family import ArmNumbers
 from mafsil.errors import InputError
 from mafsil.model.loading import RobotLike
-from mafsil.robot import as_robot
 
 CLOSED = 1e-6
 """Share of the cost by which the least one may lie below it."""
@@ -89,12 +88,11 @@ def allocate(
     Raises:
         InputError: an unknown kind, no cost at all, numbers out of range.
     """
-    wanted = positive("wanted", wanted)
+    design = ArmDesign.of(robot)
+    arm, wanted = design.robot, positive("wanted", wanted)
     kinds = ("encoder", "backlash", "zero", "length", "angle")
     if not isinstance(cast("object", costs), Mapping) or not costs or set(costs) - set(kinds):
         raise InputError("input.choice", name="costs", value=", ".join(map(str, costs)), known=", ".join(kinds))
-    design = robot if isinstance(robot, ArmDesign) else None
-    arm = as_robot(robot.robot if isinstance(robot, ArmDesign) else robot)
     numbers, poses = ArmNumbers.of(arm), as_batch("q", q, (arm.n,), finite=True).reshape(-1, arm.n)
     own = replace(fixed, **dict.fromkeys(costs, 0.0))
     unit = Tolerances(**dict.fromkeys(costs, 1.0))

@@ -38,11 +38,12 @@ from mafsil.errors import FileError, InputError
 from mafsil.fields import check_fields
 from mafsil.mechanics.inertial_parameters import inertial_of, parameters_of
 from mafsil.model import Inertial, Link, Mechanism
+from mafsil.model.loading import RobotLike
 from mafsil.model.placement import frame_along, turned_tensor
 from mafsil.model.shape import OUTLINE, Capsule, Shape
 from mafsil.model.table.building import mechanism_of
 from mafsil.model.table.reading import table_of
-from mafsil.robot import Robot
+from mafsil.robot import Robot, as_robot
 from mafsil.toml_source import read_toml
 
 NAMES = ("name", "link", "kind", "material")
@@ -174,8 +175,15 @@ class ArmDesign:
     drives: tuple[Drive | None, ...]
 
     @classmethod
-    def rigid(cls, robot: Robot) -> ArmDesign:
-        """Any robot as a design: rigid links, rigid gears, masses as they are."""
+    def of(cls, arm: ArmDesign | RobotLike) -> ArmDesign:
+        """A design as it is; any robot as one: rigid links, rigid gears, masses as they are.
+
+        Raises:
+            ModelError: a robot with loops.
+        """
+        if isinstance(arm, ArmDesign):
+            return arm
+        robot = as_robot(arm)
         nothing = (None,) * len(robot.mechanism.joints)
         return cls(robot, {}, nothing, nothing)
 

@@ -27,7 +27,6 @@ from mafsil.design.tasks import TaskSet
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
-from mafsil.robot import as_robot
 
 REASONS = ("serves", "too_fast", "too_weak", "overheats", "too_much_backlash")
 """Why a drive is rejected, in the order in which it is tested."""
@@ -145,11 +144,11 @@ def pick_drives(
     Raises:
         InputError: wrong shapes, numbers out of range, an unknown goal.
     """
+    given = ArmDesign.of(design)
     if goal not in ("mass", "cost"):
         raise InputError("input.choice", name="goal", value=goal, known="mass, cost")
     if not isinstance(cast("object", catalogue), Catalogue):
         raise InputError("input.kind", name="catalogue", expected="Catalogue", got=type(catalogue).__name__)
-    given = design if isinstance(design, ArmDesign) else ArmDesign.rigid(as_robot(design))
     arms, n = ArmNumbers.of(given.robot), given.robot.n
     rows = [as_batch(name, x, (n,), finite=True).reshape(-1, n) for name, x in (("q", q), ("qd", qd), ("qdd", qdd))]
     if len({len(row) for row in rows}) > 1 or not len(rows[0]):
@@ -199,7 +198,7 @@ def _efforts(design: ArmDesign, arms: ArmNumbers, q: Floats, qd: Floats, qdd: Fl
         shape = design.drives[k] or Drive()
         T, one = arms.places[k], replace(shape, mass=1.0)
         added[k, k - 1] = one.parameters(T[:3, :3], T[:3, 3], np.array([0.0, 0.0, 1.0]))
-    own = np.array([0.0 if drive is None else drive.mass for drive in design.drives])
+    own = np.array([0.0 if drive is None else drive.mass for drive in design.drives[:n]])
     bare = replace(arms, bodies=frozen(arms.bodies - np.einsum("k,kij->ij", own, added)), armature=np.zeros(n))
     units = replace(bare, bodies=added[:, None])
     return bare.torque(q, qd, qdd, none), units.torque(q, qd, qdd, none)

@@ -42,7 +42,6 @@ from mafsil.model import Inertial
 from mafsil.model.loading import RobotLike
 from mafsil.performance.statics import largest_payload
 from mafsil.performance.velocity.scaling import ranges
-from mafsil.robot import as_robot
 from mafsil.robot.compiled_robot import has_inertia
 
 SAMPLES = 25
@@ -232,7 +231,7 @@ def evaluate(
     Raises:
         InputError: no serial chain, numbers out of range.
     """
-    design = design if isinstance(design, ArmDesign) else ArmDesign.rigid(as_robot(design))
+    design = ArmDesign.of(design)
     robot = design.robot
     rank = ArmNumbers.of(robot).rank(tasks.characteristic_length is not None)
     if q0 is not None:
