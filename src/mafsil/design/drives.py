@@ -182,11 +182,11 @@ def fit_drives(arm: ParametricArm, choice: DriveChoice) -> ParametricArm:
         G = float(c.ratio[row])
         joint["drive"] = {**joint.get("drive", {}), "mass": float(c.mass[row])}
         joint["actuator"] = {"rotor_inertia": float(c.rotor_inertia[row]), "gear_ratio": G}
-        strength = {
+        allowed = {
             "velocity": float(c.speed[row]) / G / unit,
             "effort": float(c.peak_torque[row] * G * c.efficiency[row]),
         }
-        joint["limits"] = {**joint.get("limits", {}), **strength}
+        joint["limits"] = {**joint.get("limits", {}), **allowed}
     return replace(arm, table={**arm.table, "joint": joints})
 
 
