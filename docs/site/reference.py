@@ -42,6 +42,7 @@ PACKAGES = {
     "grasp": ("Grasps", "closure, quality, contact forces, grasp planning, fixtures"),
     "collision": ("Collision", "scenes, distances, clearances"),
     "trajectory": ("Trajectories", "profiles, splines, Cartesian paths, time-optimal and jerk-limited timing"),
+    "design": ("Design of arms", "parametric arms, accuracy, tasks, drives, search"),
     "planning": ("Planning", "collision-free paths, path constraints, base placement, several arms"),
     "control": ("Control", "joint, task-space, force, impedance, adaptive and robust control"),
     "one_joint": ("One joint", "stability, gain tuning, friction, drives of a single joint"),

@@ -224,6 +224,12 @@ CALLS = (
     "effort_limit=10.0)",
     "simulation.choose_integrator(plant=PLANT, q=[Q2], step=0.001)",
     "mf.Scenario(robot=R2, trajectory=STILL, law=PID, duration=0.1, step=0.01, period=0.02)",
+    # design
+    "mf.design.accuracy(robot=STUDY, q=[0, 0], tolerances=mf.design.Tolerances(zero=0.001), payload=1.0, samples=9)",
+    "mf.design.allocate(robot=R2, q=Q2, wanted=0.001, costs={'zero': 1.0})",
+    "mf.design.pick_drives(design=STUDY, catalogue=SIZES, q=Q23, qd=0 * Q23 + 1, qdd=0 * Q23, payload=1.0, "
+    "backlash=0.01)",
+    "mf.design.optimise(arm=FAMILY, tasks=CHORE, goals=['mass'], limits={'mass': 9.0}, population=5, generations=1)",
     # trajectory
     "trajectory.bspline(control_points=[[0.0], [1.0], [2.0], [1.0]], duration=1.0)",
     "trajectory.cartesian_line(robot=R6, q_start=Q6, T_goal=LINE6, duration=2.0, tolerance=1e-6)",
@@ -319,11 +325,14 @@ SLOW = (
     "mf.simulation.free_body_motion",
     "ik.solve_ik", "trajectory.joint_motion", "mobility.library.spherical_four_bar", "mobility.library.three_prs",
     "mobility.library.three_rps", "mobility.library.eclipse", "performance.workspace_map",
-    "simulation.simulate_elastic",
+    "simulation.simulate_elastic", "mf.design.optimise",
 )  # fmt: skip
 """Functions of more than some milliseconds a call: driven through few values."""
 
 ABSENT = {
+    "mf.design.allocate": ("cost", "bound"),
+    "mf.design.pick_drives": ("total", "mass", "peak", "heat", "speed"),
+    "mf.design.optimise": ("peak", "rms", "speed", "energy", "payload", "frequency", "measures"),
     "ik.track": ("stopped_at", "drift"),
     "one_joint.measure_response": ("peak_time", "settling_time", "rise_time", "overshoot"),
     "control.compare_pose_errors": ("settling_time",),
@@ -410,7 +419,7 @@ def space(folder: str) -> dict[str, Any]:
         folder: where files may be written.
     """
     names = {**globals(), **{name: getattr(mf, name) for name in PACKAGES}, "FILE": f"{folder}/motion.csv"}
-    for part in (_arms, _laws, _mechanisms, _motions, _scenes):
+    for part in (_arms, _laws, _mechanisms, _motions, _scenes, _designs):
         names.update(part(names))
     return names
 
@@ -433,6 +442,21 @@ def _arms(_: dict[str, Any]) -> dict[str, Any]:
         "DH": dh_from_mechanism(r2.mechanism).rows, "SCREWS": screws(r2.mechanism).S_s,
         "LOG": mf.identification.MotionLog(t=t, q=q, tau=r2.inverse_dynamics(q, qd, qdd)),
         "BODY": RigidBody(mf.model.Inertial(mass=1.0, inertia=np.diag([1.0, 2.0, 2.5]))),
+    }  # fmt: skip
+
+
+def _designs(_: dict[str, Any]) -> dict[str, Any]:
+    tube = {"outer": 0.06, "wall": 0.003}
+    family = mf.design.ParametricArm.of({
+        "convention": "modified", "gravity": [0.0, -9.81, 0.0],
+        "parameters": {"a": {"value": 0.5, "low": 0.3, "high": 0.7}},
+        "joint": [{"tube": tube, "drive": {"mass": 2.0, "stiffness": 1e4}}, {"a": "a", "tube": tube}],
+        "tool": {"xyz": [0.4, 0.0, 0.0]},
+    })  # fmt: skip
+    one = {"name": "a", "peak_torque": 9.0, "continuous_torque": 5.0, "speed": 500.0, "rotor_inertia": 1e-5}
+    return {
+        "FAMILY": family, "STUDY": family.at(), "CHORE": mf.design.TaskSet.of({"points": [[0.5, 0.1, 0.0]]}),
+        "SIZES": mf.design.Catalogue.of([{**one, "ratio": 100.0, "efficiency": 0.8, "mass": 2.0}]),
     }  # fmt: skip
 
 

@@ -31,6 +31,7 @@ ELSEWHERE = {
         "EnergyCertificate SlidingCertificate Interaction RenderedImpedance Suitability"
     ),
     "tests/derivation": "Derivation Review",
+    "tests/design": "Accuracy Allocation DriveChoice Evaluation Front",
     "tests/grasp": "GraspQuality SecondOrderClosure MethodResult GraspPlan Robustness",
     "tests/identification": "Identification Payload",
     "tests/ik": "ParametricSolutions Place Continuation PlanarReach ArmStructure",

@@ -64,6 +64,15 @@ WRITTEN = (
     "axis=np.array([0, 0, 1]), slow=0.1)",
     "control.SpringDamper(place=np.zeros(3), stiffness=1.0, damping=1.0)",
     "control.Wall(point=np.zeros(3), normal=np.array([0, 0, 1]), stiffness=10.0, damping=1.0, friction=0.1, slow=0.1)",
+    "mf.design.Drive(mass=1.0, radius=0.1, length=0.1, stiffness=1e4)",
+    "mf.design.Material(density=2700.0, young=7e10, shear=2.6e10, expansion=2e-5)",
+    "mf.design.Parameter(value=0.5, low=0.1, high=1.0)",
+    "mf.design.Tube(outer=0.1, wall=0.01)",
+    "mf.design.Tolerances(encoder=1e-4, backlash=1e-4, zero=1e-4, length=1e-4, angle=1e-4, temperature=1.0, "
+    "expansion=1e-5, stiffness=0.1)",
+    "mf.design.TaskSet(poses=np.eye(4)[None], payload=1.0, centre=[0.0, 0, 0], period=1.0, characteristic_length=0.3)",
+    "mf.design.Catalogue(name=['a'], peak_torque=[1.0], continuous_torque=[1.0], speed=[1.0], rotor_inertia=[1.0], "
+    "ratio=[1.0], efficiency=[0.9], mass=[1.0], backlash=[1.0], cost=[1.0])",
     "geometry.Point(array=np.ones(3))",
     "geometry.Vector(array=np.ones(3))",
     "grasp.FrictionLaw(mu_s=0.5, mu_k=0.4, stribeck_speed=0.1, viscous=0.1, aging=0.1, aging_time=0.2)",
@@ -168,6 +177,7 @@ WRITTEN = (
 )
 """One valid value of every public class that users write themselves; what stands under a name is driven."""
 MADE = (
+    "ArmDesign FrontPoint "
     "Slider ActuatorKind AdaptiveControl AdmittanceControl Annulus BindingLimit BlendedLines BodyPoints BranchChange "
     "Branches Budget BurmesterCurves CellDecomposition Change Check Condition ConstrainedDynamics ContactPair "
     "ContactSwitch CornerBlend Crossing CurrentLoopLaw Delayed DeterminantFactors Detour DrivenTrajectory Dyad "
@@ -187,6 +197,7 @@ MADE = (
 """Classes of which only functions of ours make values, of numbers that were checked or computed."""
 
 UNBOUNDED = {
+    "mf.design.Drive": ("stiffness",),
     "mf.model.Limits": ("lower", "upper", "velocity", "acceleration", "jerk", "effort"),
     "mf.model.JointLimits": ("lower", "upper", "velocity", "acceleration", "jerk", "effort"),
     "trajectory.MotionLimits": ("position", "velocity", "acceleration", "jerk", "effort"),

@@ -237,6 +237,24 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
+        "design",
+        "mafsil.cli.design:design",
+        (
+            Parameter(
+                "what",
+                "text",
+                positional=True,
+                required=True,
+                choices=("robot", "tasks", "accuracy", "allocate", "drives", "search"),
+            ),
+            Parameter("file", "path", positional=True, required=True, reads=True, endings=(".toml",)),
+            Parameter("values", "text", many=True, metavar="NAME=VALUE"),
+            Parameter("catalogue", "path"),
+            Parameter("seed", "count"),
+            Parameter("out", "path"),
+        ),
+    ),
+    Operation(
         "singularity",
         "mafsil.cli.singularity:find_singularity",
         (_ROBOT, _Q, Parameter("task", "text"), _TIP, _DEGREES),

@@ -166,9 +166,9 @@ def poses_inward(
     return poses | {0: (R, p)}
 
 
-def constant(values: Floats) -> Expression:
-    """A constant matrix or vector whose zeros are structural, so that they cost nothing."""
-    return ex.Expression(np.asarray(values, dtype=float))
+def constant(values: Floats | Expression) -> Expression:
+    """A constant matrix or vector whose zeros are structural, so that they cost nothing; an expression stays one."""
+    return values if isinstance(values, ex.Expression) else ex.Expression(np.asarray(values, dtype=float))
 
 
 def _placement(body: Body, q: Expression) -> Placement:

@@ -67,6 +67,11 @@ def decode(text: str, path: str) -> RobotTable:
         found = parsed_toml(text)
     except ValueError as error:
         raise FileError("table.toml", path=path, reason=str(error)) from None
+    return table_of(found, text, path)
+
+
+def table_of(found: dict[str, Any], text: str, path: str) -> RobotTable:
+    """Parsed TOML as a table of the right form; `text`, where it is known, gives the lines of errors."""
     _require_robot(found, path)
     _require_known(found, RobotTable, "$", text, path)
     try:

@@ -1,0 +1,208 @@
+"""`mafsil design`: a parametric arm in a file: its robot, its tasks, its accuracy, its drives, a search."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias, cast
+
+from mafsil.cli.answer import Answer
+from mafsil.cli.numerals import count, number
+from mafsil.design import (
+    ArmDesign,
+    Catalogue,
+    Evaluation,
+    ParametricArm,
+    TaskSet,
+    Tolerances,
+    accuracy,
+    allocate,
+    evaluate,
+    fit_drives,
+    optimise,
+    pick_drives,
+)
+from mafsil.design.tasks import cycle_motion
+from mafsil.errors import FileError, InputError
+from mafsil.messages import say
+from mafsil.model.saving import save
+from mafsil.robot import Robot
+from mafsil.toml_source import read_toml
+
+Reply: TypeAlias = tuple[dict[str, Any], list[str], bool, Robot]
+"""Data, lines, whether the answer is yes, and the robot that `--out` writes."""
+TABLES = ("arm", "tasks", "tolerances", "costs", "search")
+SAMPLES = 10_000
+"""Arms with drawn errors that the first order is held against."""
+
+
+@dataclass(frozen=True, eq=False)
+class _File:
+    """A file of a design.
+
+    Attributes:
+        path: of it.
+        tables: that it holds.
+        design: the arm with the chosen values.
+        seed: of whatever is random.
+        catalogue: file of drives, or None.
+    """
+
+    path: str
+    tables: Mapping[str, Any]
+    design: ArmDesign
+    seed: int
+    catalogue: str | None
+
+    def table(self, name: str) -> dict[str, Any]:
+        """One that is needed.
+
+        Raises:
+            FileError: it is missing.
+        """
+        if not isinstance(self.tables.get(name), dict):
+            raise FileError("design.no_part", path=self.path, name=name)
+        return dict(cast("dict[str, Any]", self.tables[name]))
+
+    def evaluation(self) -> Evaluation:
+        """How the design does its tasks."""
+        return evaluate(self.design, TaskSet.of(self.table("tasks"), self.path), seed=self.seed)
+
+    def placed(self) -> Evaluation:
+        """The same, with every pose reached.
+
+        Raises:
+            InputError: a pose is missed: what is asked for has no meaning there.
+        """
+        judged = self.evaluation()
+        if not judged.reached.all():
+            raise InputError("design.needs_all_poses", sentence=judged.explain().split("\n")[0])
+        return judged
+
+
+def design(
+    what: str, file: str, values: list[str] | None, catalogue: str | None, seed: str | None, out: str | None
+) -> Answer:
+    """One of the questions about a parametric arm.
+
+    Args:
+        what: `tasks`, `accuracy`, `allocate`, `drives`, `search` or `robot`.
+        file: TOML with `[arm]`, and `[tasks]`, `[tolerances]`, `[costs]`, `[search]` as needed.
+        values: NAME=VALUE of parameters.
+        catalogue: CSV or TOML file of drives.
+        seed: of the random numbers, as typed.
+        out: file for the robot, of any format that is written.
+
+    Raises:
+        MafsilError: no such file, a missing table, numbers out of range.
+    """
+    tables = read_toml(file)
+    if "arm" not in tables and "joint" in tables:
+        tables = {"arm": tables}
+    for name in tables:
+        if name not in TABLES:
+            raise FileError("design.unknown_key", path=file, place=name, known=", ".join(TABLES))
+    arm = ParametricArm.of(tables["arm"]) if isinstance(tables.get("arm"), dict) else None
+    if arm is None:
+        raise FileError("design.no_part", path=file, name="arm")
+    chosen = dict(_value(word) for word in values or [])
+    given = _File(file, tables, arm.at(**chosen), 0 if seed is None else count("--seed", seed), catalogue)
+    data, lines, answer, robot = QUESTIONS[what](given, arm)
+    if out is not None:
+        save(robot.mechanism, Path(out))
+        data["out"] = out
+        lines.append(say("cli.design_written", path=out))
+    refusal = None if answer else lines.pop(0)
+    return Answer({"design": dict(given.design.values), **data}, tuple(lines), refusal)
+
+
+def _value(word: str) -> tuple[str, float]:
+    name, sign, value = word.partition("=")
+    if not sign:
+        raise InputError("cli.design_value", value=word)
+    return name.strip(), number(name.strip(), value)
+
+
+def _shown(answer: Any, robot: Robot) -> Reply:
+    return answer.to_dict(), answer.explain().split("\n"), bool(answer), robot
+
+
+def _tasks(given: _File, arm: ParametricArm) -> Reply:
+    return _shown(given.evaluation(), given.design.robot)
+
+
+def _accuracy(given: _File, arm: ParametricArm) -> Reply:
+    """At every pose of the tasks; the worst in words."""
+    judged, tolerances = given.placed(), Tolerances(**_known(given, "tolerances"))
+    payload = float(given.table("tasks").get("payload", 0.0))
+    found = [accuracy(given.design, q, tolerances, payload=payload, samples=SAMPLES, seed=given.seed) for q in judged.q]
+    worst = max(range(len(found)), key=lambda k: found[k].rms)
+    lines = found[worst].explain().split("\n")
+    data = {"poses": [one.to_dict() for one in found], "worst": worst}
+    return data, [say("cli.design_worst_pose", number=worst), *lines], all(found), given.design.robot
+
+
+def _allocate(given: _File, arm: ParametricArm) -> Reply:
+    costs = given.table("costs")
+    wanted = costs.pop("wanted", None)
+    if wanted is None:
+        raise FileError("design.missing_key", path=given.path, place="costs", name="wanted")
+    fixed = Tolerances(**(_known(given, "tolerances") if "tolerances" in given.tables else {}))
+    return _shown(allocate(given.design, given.placed().q, wanted, costs, fixed=fixed), given.design.robot)
+
+
+def _drives(given: _File, arm: ParametricArm) -> Reply:
+    tasks = TaskSet.of(given.table("tasks"), given.path)
+    if given.catalogue is None or tasks.period is None:
+        raise InputError("cli.design_drives_need")
+    motion = (part.reshape(-1, given.design.robot.n) for part in cycle_motion(given.placed().q, tasks.period))
+    q, qd, qdd = motion
+    catalogue = Catalogue.of(given.catalogue)
+    choice = pick_drives(given.design, catalogue, q, qd, qdd, payload=tasks.payload, centre=tasks.centre)
+    robot = fit_drives(arm, choice).robot(**given.design.values) if choice else given.design.robot
+    return _shown(choice, robot)
+
+
+def _search(given: _File, arm: ParametricArm) -> Reply:
+    known = ("goals", "limits", "points", "population", "generations", "starts")
+    entries = given.table("search")
+    for name in entries:
+        if name not in known:
+            raise FileError("design.unknown_key", path=given.path, place=f"search.{name}", known=", ".join(known))
+    goals = entries.pop("goals", [])
+    tasks = TaskSet.of(given.table("tasks"), given.path)
+    front = optimise(arm, tasks, goals, entries.pop("limits", None), seed=given.seed, **entries)
+    return _shown(front, front.points[0].design.robot if front else given.design.robot)
+
+
+def _robot(given: _File, arm: ParametricArm) -> Reply:
+    robot = given.design.robot
+    parts = [
+        say(
+            "cli.design_part",
+            joint=joint.name,
+            tube=_section(tube),
+            drive="-" if drive is None else f"{drive.mass:.4g}",
+        )
+        for joint, tube, drive in zip(robot.mechanism.joints, given.design.tubes, given.design.drives, strict=True)
+    ]
+    return {"mass": given.design.mass, "joints": robot.n}, [*str(robot).split("\n"), *parts], True, robot
+
+
+def _section(tube: Any) -> str:
+    return "-" if tube is None else f"{1e3 * tube.outer:.4g} x {1e3 * tube.wall:.4g} mm"
+
+
+def _known(given: _File, name: str) -> dict[str, Any]:
+    entries, known = given.table(name), tuple(Tolerances.__dataclass_fields__)
+    for key in entries:
+        if key not in known:
+            raise FileError("design.unknown_key", path=given.path, place=f"{name}.{key}", known=", ".join(known))
+    return entries
+
+
+QUESTIONS: dict[str, Callable[[_File, ParametricArm], Reply]] = {
+    "robot": _robot, "tasks": _tasks, "accuracy": _accuracy, "allocate": _allocate, "drives": _drives,
+    "search": _search,
+}  # fmt: skip

@@ -1,0 +1,10 @@
+"""Design of arms: parametric arms, accuracy from tolerances, answers for a set of tasks, choice of drives, search.
+
+call      mafsil design; mf.design.ParametricArm, evaluate, accuracy, allocate, pick_drives, optimise
+computed  `arm`, `family`, `elastic`, `accuracy`, `allocation`, `tasks`, `catalogue`, `drives`, `search`
+tested    tests/design
+"""
+
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)
