@@ -2,6 +2,7 @@ from mafsil import book as book
 from mafsil import collision as collision
 from mafsil import control as control
 from mafsil import derivation as derivation
+from mafsil import design as design
 from mafsil import geometry as geometry
 from mafsil import grasp as grasp
 from mafsil import identification as identification
@@ -43,7 +44,6 @@ from mafsil.planning import optimal_base_placement as optimal_base_placement
 from mafsil.planning import plan as plan
 from mafsil.robot import Robot as Robot
 from mafsil.robot import load as load
-from mafsil.simulation import Plant as Plant
 from mafsil.simulation import Recording as Recording
 from mafsil.simulation import Scenario as Scenario
 from mafsil.simulation import simulate as simulate

@@ -44,7 +44,7 @@ CALLS = {
     "check_dh": lambda r: bool(derivation.check_dh(dh_from_mechanism(library.load("planar2r")).rows, r)),
     "check_screws": lambda r: bool(derivation.check_screws(screws(library.load("planar2r")).S_s, r)),
     "computed_torque": lambda r: control.computed_torque(r) is not None,
-    "Plant": lambda r: mf.Plant(r).robot.n,
+    "Plant": lambda r: mf.simulation.Plant(r).robot.n,
 }
 
 
