@@ -314,6 +314,8 @@ def number(name: str, value: object) -> float:
     Raises:
         InputError: it is not.
     """
+    if type(value) is float and abs(value) <= LARGEST:
+        return value
     return float(single(name, cast("ArrayLike", value), ()))
 
 

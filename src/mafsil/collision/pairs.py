@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 
@@ -227,6 +228,13 @@ def bodies_of(mechanism: Mechanism, attached: Iterable[Obstacle] = (), radius: f
     if len(set(names)) < len(names):
         raise InputError("collision.named_twice", name=next(name for name in names if names.count(name) > 1))
     return tuple(bodies)
+
+
+def mesh_files(mechanism: Mechanism, attached: Iterable[Obstacle] = ()) -> tuple[Path, ...]:
+    """The files that `bodies_of` may read."""
+    shapes = [shape.geometry for link in mechanism.links for shape in (*link.visuals, *link.collisions)]
+    found = (each for each in (*shapes, *(item.geometry for item in attached)) if isinstance(each, Mesh))
+    return tuple(dict.fromkeys(each.path for each in found if each.path is not None))
 
 
 def _own(shapes: tuple[Shape, ...], radius: float | None) -> tuple[Shape, ...]:

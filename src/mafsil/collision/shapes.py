@@ -225,6 +225,8 @@ def _require_lengths(name: str, values: object, count: int) -> None:
 
 
 def _require_length(name: str, value: float, *, zero: bool = False) -> None:
+    if type(value) is float and 0.0 < value <= MOST_LENGTH:
+        return
     number = real_array(name, value)
     if number.ndim or not 0.0 <= number <= MOST_LENGTH or (number == 0.0 and not zero):
         raise InputError("collision.length", name=name, value=value, most=MOST_LENGTH)
