@@ -7,6 +7,7 @@ import os
 import pickle
 import threading
 import time
+import warnings
 import weakref
 from pathlib import Path
 
@@ -15,7 +16,8 @@ import pytest
 
 import mafsil as mf
 from mafsil import regular_file
-from mafsil.collision import Box, Checker, Obstacle, Scene, Sphere
+from mafsil.collision import Box, Checker, Obstacle, Scene, Sphere, clearance_tables
+from mafsil.model.mesh import surface
 from mafsil.regular_file import FileStamps
 
 START, GOAL = np.array([1.18, -0.7, -2.29, 1.39, 0.16, -1.19]), np.array([-0.09, 2.45, 2.73, -0.89, 0.45, -1.12])
@@ -168,3 +170,42 @@ def test_what_is_kept_ends_with_the_robot_and_is_bounded():
     del robot, scene
     gc.collect()
     assert [each() for each in gone] == [None, None]
+
+
+@pytest.mark.capability("11-39")
+@pytest.mark.parametrize("harm", [None, 20, 200, -1])
+def test_what_lies_on_disk_gives_the_same_numbers_and_nothing_damaged_does(tmp_path, monkeypatch, harm):
+    """Corners of hulls and distances in cells: read by the next process, computed again where a bit is wrong."""
+    rng, urdf = np.random.default_rng(1), tmp_path / "arm.urdf"
+    links, joints = "", ""
+    for k in range(5):
+        corners = rng.normal(size=(60, 3)) * 0.06 + [0.1, 0.0, 0.0]
+        vertices = "".join("v {} {} {}\n".format(*row) for row in corners)
+        (tmp_path / f"{k}.obj").write_text(vertices + "".join(f"f {i} {i + 1} {i + 2}\n" for i in range(1, 59)))
+        shape = f'<collision><geometry><mesh filename="{tmp_path}/{k}.obj"/></geometry></collision>'
+        links += f'<link name="l{k}">{shape}</link>'
+        joints += f"""<joint name="j{k}" type="revolute"><origin xyz="0.22 0 0"/><parent link="l{k - 1}"/>
+<child link="l{k}"/><axis xyz="0 {k % 2} {1 - k % 2}"/><limit lower="-2" upper="2" velocity="1" effort="1"/></joint>"""
+    urdf.write_text(f'<robot name="r"><link name="l-1"/>{links}{joints}</robot>')
+    monkeypatch.setenv("MAFSIL_CACHE", str(tmp_path / "store"))
+
+    def ask() -> bytes:
+        surface._CORNERS.clear()
+        laid = Checker(mf.load(str(urdf)), POST).laid
+        return laid.arm.pieces.vertices.tobytes() + laid.clearances.values.tobytes() + laid.clearances.table.tobytes()
+
+    first, files = ask(), sorted((tmp_path / "store").glob("*.arrays"))
+    assert len(files) > 5
+    if harm is None:
+        monkeypatch.setattr(surface, "_corners_of", None)
+        monkeypatch.setattr(clearance_tables, "lower_clearances", None)
+        assert ask() == first
+        return
+    for file in files:
+        data = bytearray(file.read_bytes())
+        data[harm] ^= 1
+        file.write_bytes(data)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert ask() == first
+    assert ask() == first

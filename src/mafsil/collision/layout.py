@@ -13,8 +13,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from mafsil.arrays import Floats, Truth
+from mafsil.code_store import digest_of
 from mafsil.collision import clearance_tables
-from mafsil.collision.arm_kernels import CENTRE, POSE, TWIST, ArmKernels, arm_kernels
+from mafsil.collision.arm_kernels import CENTRE, POSE, SOURCES, TWIST, ArmKernels, arm_kernels
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.joints import Joints, last_of
@@ -37,10 +38,14 @@ from mafsil.collision.workshop_loops import (
     whole_agenda,
 )
 from mafsil.kernels import Kernel
+from mafsil.kernels.identity import fingerprint, machine
 from mafsil.kernels.loops.held import Held
 from mafsil.kernels.loops.holding import hold
 from mafsil.kernels.loops.lanes import WIDTH, in_lanes
+from mafsil.kernels.loops.specialisation import made_by
+from mafsil.kernels.sources import meaning
 from mafsil.model import Mechanism
+from mafsil.model.fingerprint import fingerprint as mechanism_print
 from mafsil.robot import Robot
 
 Still: TypeAlias = Sequence[Sequence[bool]]
@@ -174,6 +179,12 @@ def poses_in_parts(robot: Robot, rows: Floats) -> Iterator[tuple[int, Floats]]:
         yield begin, robot.link_poses(part, out=room[: len(part)])
 
 
+def basis_of(mechanism: Mechanism) -> str:
+    """Digest of what distances between bodies of a robot follow from, beside their pieces: its joints, all code."""
+    code = fingerprint("mafsil.collision"), meaning((arm_kernels.__module__,), SOURCES), made_by(), machine()
+    return digest_of(mechanism_print(mechanism), *code)
+
+
 class LaidArm:
     """Bodies and joints as arrays, computed at their first use and shared by all scenes.
 
@@ -223,7 +234,7 @@ class LaidArm:
         limits = self.robot.limits
         regions = Regions(self.robot.mechanism, self._joints, self.arm, limits.lower, limits.upper)
         return clearance_tables.clearances_of(
-            self.arm, self.motion, regions, limits, self._poses, self._nearest_in_cells
+            self.arm, self.motion, regions, limits, self._poses, self._nearest_in_cells, basis_of(self.robot.mechanism)
         )
 
     def workshop(self, scene: Scene, clearance: Floats) -> Held[Workshop]:

@@ -18,6 +18,7 @@ from mafsil.collision.scene import Obstacle
 from mafsil.collision.shapes import Cone, ConvexHull, Geometry
 from mafsil.errors import InputError
 from mafsil.model import JointKind, Mechanism, mesh
+from mafsil.model.mesh.surface import keep_hull_corners
 from mafsil.model.shape import OUTLINE, Capsule, Cylinder, Mesh, Shape, Sphere
 
 ON_AXIS = 1e-9
@@ -249,7 +250,11 @@ def _body(name: str, link: int, shapes: tuple[Shape, ...]) -> Body:
 
 def _hull(geometry: Geometry) -> Geometry:
     """A mesh file as the convex hull of its vertices; anything else as it is."""
-    return ConvexHull(mesh_vertices(geometry)) if isinstance(geometry, Mesh) else geometry
+    if not isinstance(geometry, Mesh):
+        return geometry
+    hull = ConvexHull(mesh_vertices(geometry))
+    keep_hull_corners(hull.points)
+    return hull
 
 
 def mesh_vertices(shape: Mesh) -> Floats:
