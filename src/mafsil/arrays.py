@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from inspect import signature
 from math import isfinite, pi
@@ -120,7 +121,8 @@ def real_array(name: str, value: ArrayLike) -> Floats:
         return value
     if isinstance(value, Symbolic):
         return cast("Floats", value)
-    if isinstance(value, np.ma.MaskedArray):
+    masked = sys.modules.get("numpy.ma")  # An array of it cannot be there before the module is.
+    if masked is not None and isinstance(value, masked.MaskedArray):
         raise InputError("input.numbers", name=name, got="masked array")
     numbers: Any = value
     if not isinstance(value, np.ndarray | list | tuple | float | int):

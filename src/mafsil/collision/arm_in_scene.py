@@ -26,7 +26,6 @@ from mafsil.collision.pairs import (
 )
 from mafsil.collision.scene import Obstacle, Scene, as_obstacles
 from mafsil.collision.shapes import MOST_LENGTH, Plane
-from mafsil.collision.srdf import disabled_pairs
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
@@ -36,6 +35,7 @@ from mafsil.robot import as_open_tree
 if TYPE_CHECKING:
     import mafsil.collision.layout as layout
     import mafsil.collision.sampled_pairs as sampled_pairs
+    import mafsil.collision.srdf as srdf_file
     from mafsil.collision.arm_loops import Arm
     from mafsil.collision.layout import LaidArm
     from mafsil.collision.workshop_loops import Workshop, World
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 else:
     layout = lazily("mafsil.collision.layout")
     sampled_pairs = lazily("mafsil.collision.sampled_pairs")
+    srdf_file = lazily("mafsil.collision.srdf")
 
 
 OF_ARM = (
@@ -89,7 +90,7 @@ class ArmInScene:
         if any(isinstance(each.geometry, Plane) for each in fixed):
             raise InputError("collision.attached_plane")
         thick = None if radius is None else positive("radius", radius)
-        listed = None if srdf is None else disabled_pairs(srdf)
+        listed = None if srdf is None else srdf_file.disabled_pairs(srdf)
         rest = None if known_free is None else self._rows(known_free, "known_free")[0]
         of_pairs = self_collision, self.samples, self.seed, skip_never_colliding
         known = None if listed is None else frozenset(listed), None if rest is None else rest.tobytes()

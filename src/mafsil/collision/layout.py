@@ -64,8 +64,9 @@ def arm_of(bodies: tuple[Body, ...], pairs: list[tuple[int, int]], still: Still 
     pieces = pieces_of([(body.shapes[i][0], body.shapes[i][1], b) for b, body in enumerate(bodies) for i in order[b]])
     first = np.searchsorted(pieces.rows[:, BODY], np.arange(len(bodies) + 1))
     moving = [first[b] + len(row) - sum(row) for b, row in enumerate(flags)]
+    spread = boxes_of(pieces)
     table = [
-        [body.link, first[b], first[b + 1], moving[b], *_ball(pieces, first[b], first[b + 1])]
+        [body.link, first[b], first[b + 1], moving[b], *_ball(pieces, spread, first[b], first[b + 1])]
         for b, body in enumerate(bodies)
     ]
     return Arm(pieces, np.array(table, np.float64), np.array(pairs, np.int64).reshape(-1, 2))
@@ -89,9 +90,9 @@ def groups_of(arm: Arm) -> Groups:
     return Groups(lanes, members, starts)
 
 
-def _ball(pieces: Pieces, first: int, last: int) -> Floats:
+def _ball(pieces: Pieces, spread: Floats, first: int, last: int) -> Floats:
     """(4,) a ball around some pieces: about the middle of their extent, by their balls or by their boxes."""
-    box = boxes_of(pieces)[first:last]
+    box = spread[first:last]
     low, high = box[:, :3].min(axis=0), box[:, 3:].max(axis=0)
     centre = (low + high) / 2
     balls = pieces.rows[first:last, BALL:]

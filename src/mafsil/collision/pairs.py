@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3
+from mafsil.arrays import Floats, PoseMatrix, Vector3, cross
 from mafsil.collision.scene import Obstacle
 from mafsil.collision.shapes import Cone, ConvexHull, Geometry
 from mafsil.errors import InputError
@@ -286,9 +286,9 @@ def _capsules(mechanism: Mechanism, link: int, radius: float) -> tuple[tuple[Geo
 def _along(end: Floats) -> PoseMatrix:
     """(4, 4) pose at the middle of the segment from the origin to a point, z along it."""
     z = end / np.linalg.norm(end)
-    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    x = cross(np.eye(3)[np.argmin(np.abs(z))], z)
     x /= np.linalg.norm(x)
     T = np.eye(4)
-    T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    T[:3, :3] = np.column_stack([x, cross(z, x), z])
     T[:3, 3] = end / 2
     return T

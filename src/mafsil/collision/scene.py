@@ -54,12 +54,13 @@ class Obstacle:
 
 def as_pose(name: str, place: ArrayLike) -> PoseMatrix:
     """A pose (4, 4), of a pose or of a position (3,)."""
-    array = require_near(name, require_finite(name, real_array(name, place)))
-    if array.shape == (3,):
-        T = np.eye(4)
-        T[:3, 3] = array
-        return frozen(T)
-    return frozen(checked_pose(name, array))
+    array = real_array(name, place)
+    if array.shape != (3,):
+        T = frozen(checked_pose(name, array))
+        require_near(name, T[:3, 3])
+        return T
+    x, y, z = require_near(name, require_finite(name, array)).tolist()
+    return frozen([[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z], [0.0, 0.0, 0.0, 1.0]])
 
 
 class Scene:

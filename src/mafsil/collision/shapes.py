@@ -181,7 +181,8 @@ def checked_geometry(name: str, geometry: object) -> None:
     """
     match geometry:
         case Box(size=size):
-            _require_lengths(f"{name}: size", size, 3)
+            for value in size:
+                _require_length(f"{name}: size", value)
         case Sphere(radius=radius):
             _require_length(f"{name}: radius", radius)
         case Cylinder(radius=radius, length=length) | Capsule(radius=radius, length=length):

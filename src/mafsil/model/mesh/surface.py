@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, frozen
 from mafsil.code_store import digest_of, kept_array
+from mafsil.regular_file import FileStamps
 
 Faces: TypeAlias = NDArray[np.int64]
 
@@ -113,10 +114,10 @@ def _corners_of(points: Floats) -> Floats:
 
 
 @cache
-def _scipy() -> bytes:
-    """Which release of the library finds them."""
+def _scipy() -> str:
+    """Which release of the library finds them: another one has other files."""
     spec = find_spec("scipy")
-    return b"" if spec is None or spec.origin is None else Path(spec.origin).with_name("version.py").read_bytes()
+    return repr(FileStamps.of([Path(spec.origin).with_name("version.py")] if spec and spec.origin else ()).stamps)
 
 
 def hull_surface(points: Floats) -> Surface | None:
