@@ -209,3 +209,12 @@ def test_what_lies_on_disk_gives_the_same_numbers_and_nothing_damaged_does(tmp_p
         warnings.simplefilter("ignore")
         assert ask() == first
     assert ask() == first
+
+
+@pytest.mark.capability("11-39")
+def test_a_robot_by_name_is_one_robot():
+    """What was laid out and compiled for it stays; with dimensions of its own it is another one."""
+    assert mf.load("ur5e").mechanism is mf.load("UR5e").mechanism
+    assert mf.load("planar2r", lengths=(0.4, 0.3)).mechanism is not mf.load("planar2r").mechanism
+    laid = Checker("ur5e", POST, radius=0.03).laid
+    assert Checker("ur5e", radius=0.03).laid is laid

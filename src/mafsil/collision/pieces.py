@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from math import hypot, inf
 
 import numpy as np
@@ -76,16 +77,13 @@ def pieces_of(geometries: Sequence[tuple[Geometry, PoseMatrix, int]]) -> Pieces:
     ends, total = np.cumsum(counts, dtype=np.int64), sum(counts) if rows else len(lone)
     table, poses = np.zeros((total, COLUMNS)), np.empty((total, 3, 4))
     if len(rows) < len(lone):  # 1
-        placed = [(each, one) for each, one in zip(geometries, lone, strict=True) if one is not None]
         here = ends[[one is not None for one in lone]] - 1 if rows else slice(None)
-        T = np.array([each[1] for each, _ in placed])[:, :3]
-        numbers = np.array([(*one, each[2]) for each, one in placed])
-        table[here, : ROUNDING + 1], table[here, BALL + 3], table[here, BODY] = (
-            numbers[:, :5],
-            numbers[:, 5],
-            numbers[:, 6],
-        )
-        table[here, BALL : BALL + 3], poses[here] = T[:, :, 3], T
+        placed = [each for each, one in zip(geometries, lone, strict=True) if one is not None]
+        numbers = np.fromiter(chain.from_iterable(one for one in lone if one is not None), np.float64).reshape(-1, 6)
+        T = np.array([each[1] for each in placed])[:, :3]
+        table[here, : ROUNDING + 1], table[here, BALL + 3] = numbers[:, :5], numbers[:, 5]
+        table[here, BODY], table[here, BALL : BALL + 3] = [each[2] for each in placed], T[:, :, 3]
+        poses[here] = T
     if not rows:
         return Pieces(table, poses, np.zeros((0, 3)))
     for k, r in rows.items():  # 2
