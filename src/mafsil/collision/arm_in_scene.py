@@ -355,6 +355,8 @@ def not_negative(name: str, value: float, most: float = MOST_LENGTH) -> float:
     Raises:
         InputError: it is none.
     """
+    if type(value) is float and 0.0 <= value <= most:
+        return value
     number = real_array(name, value)
     if number.ndim or not 0.0 <= number <= most:
         raise InputError("collision.length", name=name, value=value, most=most)

@@ -74,7 +74,8 @@ def pieces_of(geometries: Sequence[tuple[Geometry, PoseMatrix, int]]) -> Pieces:
     lone = [_numbers(each[0]) for each in geometries]
     rows = {k: _rows_of(geometries[k][0]) for k, one in enumerate(lone) if one is None}
     counts = [len(rows[k].radii) if k in rows else 1 for k in range(len(lone))] if rows else []
-    ends, total = np.cumsum(counts, dtype=np.int64), sum(counts) if rows else len(lone)
+    total = sum(counts) if rows else len(lone)
+    ends = np.cumsum(counts) if rows else np.zeros(0, np.int64)
     table, poses = np.zeros((total, COLUMNS)), np.empty((total, 3, 4))
     if len(rows) < len(lone):  # 1
         here = ends[[one is not None for one in lone]] - 1 if rows else slice(None)
