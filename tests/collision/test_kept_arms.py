@@ -30,7 +30,7 @@ def path_bytes(robot: object) -> bytes:
     return plan.path.tobytes()
 
 
-@pytest.mark.capability("11-39", "11-43")
+@pytest.mark.capability("11-39")
 def test_a_second_call_answers_as_the_first_and_as_another_robot():
     robot = mf.load("ur5e")
     first = path_bytes(robot)
@@ -91,7 +91,7 @@ MESHED = """<robot name="meshed"><link name="base"/><link name="arm"><collision>
 <limit lower="-3" upper="3" velocity="1" effort="1"/></joint></robot>"""
 
 
-@pytest.mark.capability("11-39", "04-20")
+@pytest.mark.capability("11-39")
 @pytest.mark.parametrize("settled", [2.0, -1.0])
 def test_a_mesh_file_that_is_written_anew_is_read_anew(tmp_path, monkeypatch, settled):
     """Also within one tick of the clock, with as many bytes and the time that the old one had; kept ones too."""
