@@ -5,6 +5,8 @@ process: of an empty store, and of the store that the first one left. The first 
 the second the whole process, start and imports included; the last the memory of the process that compiles. Python's own
 bytecode is there before, as an installation leaves it.
 
+Then commands as they are typed, of a store that holds what they need: the least of the repeats, whole processes.
+
 python benchmarks/first_use.py [--questions plan closure ...] [--repeats 3] [--json FILE]
 """
 
@@ -57,6 +59,13 @@ OTHERS = {
     "build": ("", "build(lambda one, share: None)"),
 }
 """What is no single question of the build: what stands before the clock starts, and what is timed."""
+COMMANDS = {
+    "fk panda 0 -0.5 0 -2 0 1.5 0.7": 0.2,
+    "ik panda --pose 0.4 0 0.5 pi 0 0": 0.3,
+    "plan panda --start 0 -0.5 0 -2 0 1.5 0.7 --goal 0.6 0.2 0.1 -1.5 0.2 1.8 0.7": 0.4,
+    "demo": 1.2,
+}
+"""Processor seconds of each as a process, once the store holds what it needs."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -75,6 +84,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for which, seconds, goal in (("empty", empty, GOALS[name]), ("full", full, WARM.get(name))):
             if goal:
                 found.add(f"first answer: {name}", f"{which} store", 1e6 * seconds[0], "goal", 1e6 * goal, 1.0)
+    with tempfile.TemporaryDirectory() as folder:
+        for command, goal in COMMANDS.items():
+            own = command_seconds(command.split(), Path(folder), chosen.repeats)
+            print(f"mafsil {command:70} {own:.2f}   {goal}")
+            found.add(f"mafsil {command.split()[0]}", "full store, whole process", 1e6 * own, "goal", 1e6 * goal, 1.0)
     if chosen.json:
         chosen.json.write_text(json.dumps({"comparisons": found.plain()}, indent=1))
 
@@ -94,6 +108,19 @@ def asked(name: str, repeats: int) -> tuple[tuple[float, float], tuple[float, fl
         [min(each) for each in zip(*of, strict=True)] for of in zip(*runs, strict=True)
     )
     return (alone, whole), (again, whole_again), memory
+
+
+def command_seconds(words: list[str], folder: Path, repeats: int) -> float:
+    """Processor seconds of a command, the least of the repeats after one that fills the store."""
+    settings, spent = {**os.environ, "MAFSIL_CACHE": str(folder / "store"), "PYTHONDONTWRITEBYTECODE": ""}, []
+    for _ in range(repeats + 1):
+        begun = os.times()
+        subprocess.run(
+            [sys.executable, "-m", "mafsil", *words], env=settings, cwd=folder, capture_output=True, check=True
+        )
+        ended = os.times()
+        spent.append(ended.children_user + ended.children_system - begun.children_user - begun.children_system)
+    return min(spent[1:])
 
 
 def seconds(code: str, store: str) -> tuple[float, float, float]:

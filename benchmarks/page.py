@@ -52,12 +52,14 @@ class Benchmark:
         question: what it answers, the heading on the page.
         peer: key of `ENVIRONMENTS`; passed as `--<peer> PYTHON`.
         quick: arguments of a shorter run.
+        always: arguments of every run.
     """
 
     script: str
     question: str
     peer: str = ""
     quick: tuple[str, ...] = field(default=("--quick",))
+    always: tuple[str, ...] = ()
 
 
 BENCHMARKS = (
@@ -73,7 +75,13 @@ BENCHMARKS = (
         quick=("--robots", *["panda", "iiwa7", "ur5e", "puma560"], "--rival-poses", "500"),
     ),
     Benchmark("grasp_closure.py", "Grasps: force closure and its margin", peer="klampt", quick=("--grasps", "1000")),
-    Benchmark("first_use.py", "First answers with an empty cache", quick=()),
+    Benchmark("first_use.py", "First answers with an empty cache, and commands with a full one", quick=()),
+    Benchmark(
+        "planning.py",
+        "Plans as they are typed: robot, obstacles, start, goal",
+        quick=("--whole", "3"),
+        always=("--whole", "20"),
+    ),
 )
 
 
@@ -111,7 +119,7 @@ def measured(benchmark: Benchmark, quick: bool, peers: Path) -> Outcome:
     with tempfile.TemporaryDirectory() as folder:
         figures = Path(folder) / "figures.json"
         command = [sys.executable, str(ROOT / "benchmarks" / benchmark.script), "--json", str(figures)]
-        command += benchmark.quick if quick else ()
+        command += (*benchmark.always, *(benchmark.quick if quick else ()))
         if benchmark.peer:
             command += [f"--{benchmark.peer}", str(interpreter(benchmark.peer, peers))]
         done = subprocess.run(

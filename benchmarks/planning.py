@@ -1,7 +1,11 @@
 """Planning problems of MotionBenchMaker: how many are solved, how fast, how short; every path looked at densely.
 
 python benchmarks/planning.py [--problems FOLDER] [--count 100] [--shorten 100] [--peer N] [--optimise N]
-    [--anytime N] [--roboplan PYTHON N] [--json FILE]
+    [--anytime N] [--roboplan PYTHON N] [--whole N] [--json FILE]
+
+--whole times what a user types, N problems of each set: `mf.plan(robot, obstacles, start, goal)` of a robot that was
+never asked before and again, among ten balls and nine thousand; and obstacles of a problem made, laid out and planned
+among. Its goals are those of docs/performance.md.
 
 VAMP 0.6.4 names 111 us as its median for the Panda, without proofs; ours is the whole call with every motion proved
 free: first each in a scene that was not asked before, then all once more. Each path is checked again at states 0.001
@@ -23,7 +27,7 @@ import warnings
 from collections.abc import Iterator
 from itertools import combinations, pairwise
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
@@ -33,8 +37,9 @@ import numpy as np  # noqa: E402
 
 import mafsil as mf  # noqa: E402
 from benchmarks.collision import obstacle  # noqa: E402
+from benchmarks.comparison import Comparisons  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
-from mafsil.collision import Checker, Scene  # noqa: E402
+from mafsil.collision import Checker, Obstacle, Scene, Sphere  # noqa: E402
 from mafsil.planning import ArmPlan  # noqa: E402
 from mafsil.planning.outcome import PlanningStatus  # noqa: E402
 
@@ -273,6 +278,47 @@ def anytime(folder: Path, name: str, count: int) -> None:
     )
 
 
+def time_whole_calls(folder: Path, count: int) -> Comparisons:
+    """Processor microseconds of calls as they are typed, the least of several; beside goals."""
+    found = Comparisons()
+    a, b = np.array([0.0, -0.5, 0.0, -2.0, 0.0, 1.5, 0.7]), np.array([0.6, 0.2, 0.1, -1.5, 0.2, 1.8, 0.7])
+    for balls, goals in ((10, (1e3, 1e2)), (9000, (None, None))):
+        around, first, again = balls_beyond_reach(balls), [], []
+        for _ in range(4):
+            robot = mf.load("panda")
+            for seconds, repeats in ((first, 1), (again, 2000 // balls + 5)):
+                for _ in range(repeats):
+                    begun = process_time()
+                    assert mf.plan(robot, around, a, b, radius=0.06)
+                    seconds.append(process_time() - begun)
+        for case, seconds, goal in (("first", first, goals[0]), ("again", again, goals[1])):
+            own = 1e6 * min(seconds)
+            found.add("mf.plan(robot, obstacles)", f"{balls:,} balls, {case}", own, "goal", goal or own, goal and 1.0)
+    for name in ("panda", "ur5"):
+        with lzma.open(folder / f"{name}.json.xz") as file:
+            rows = [row for each in json.load(file)["sets"].values() for row in each["problems"][:count]]
+        whole = []
+        for (arm, start, goal), row in zip(posed(folder, name, count), rows, strict=True):
+            seconds = []
+            for _ in range(5):
+                begun = process_time()
+                mf.plan(arm, [obstacle(each) for each in row["obstacles"]], start, goal)
+                seconds.append(process_time() - begun)
+            whole.append(min(seconds))
+        middle = 1e6 * float(np.median(whole))
+        found.add("obstacles made, laid out, planned among", f"{name}, median", middle, "goal", 260.0, 1.0)
+    for one in found.rows:
+        print(f"{one.call}, {one.case}: {one.ours:.1f} us" + (f", goal {one.theirs:g}" if one.goal else ""), flush=True)
+    return found
+
+
+def balls_beyond_reach(count: int) -> list[Obstacle]:
+    """Small balls around an arm, as many as asked for, away from its base."""
+    places = np.random.default_rng(0).uniform(-1.2, 1.2, (4 * count, 3))
+    far = places[np.linalg.norm(places[:, :2], axis=1) > 0.75][:count]
+    return [Obstacle(Sphere(0.01), place) for place in far]
+
+
 def main() -> None:
     """Print a table for each arm."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -283,10 +329,16 @@ def main() -> None:
     parser.add_argument("--optimise", type=int, default=0, help="problems of each set to optimise after shortcuts")
     parser.add_argument("--anytime", type=int, default=0, help="problems of each set for the anytime planner")
     parser.add_argument("--roboplan", nargs=2, metavar=("PYTHON", "N"), help="its interpreter, problems of each set")
+    parser.add_argument("--whole", type=int, default=0, help="problems of each set for whole calls")
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     warnings.simplefilter("ignore")
     kept: dict[str, Any] = {}
+    if given.whole:
+        kept["comparisons"] = time_whole_calls(given.problems, given.whole).plain()
+        if given.json:
+            given.json.write_text(json.dumps(kept, indent=1))
+        return
     for name in sorted(path.name.removesuffix(".json.xz") for path in given.problems.glob("*.json.xz")):
         if given.optimise:
             against_shortcuts(given.problems, name, given.optimise)

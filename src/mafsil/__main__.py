@@ -1,7 +1,5 @@
 """`python -m mafsil`."""
 
-import sys
+from mafsil.cli.__main__ import program
 
-from mafsil.cli.main import main
-
-sys.exit(main())
+program()

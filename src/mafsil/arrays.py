@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from inspect import signature
 from math import isfinite, pi
@@ -120,7 +121,8 @@ def real_array(name: str, value: ArrayLike) -> Floats:
         return value
     if isinstance(value, Symbolic):
         return cast("Floats", value)
-    if isinstance(value, np.ma.MaskedArray):
+    masked = sys.modules.get("numpy.ma")  # An array of it cannot be there before the module is.
+    if masked is not None and isinstance(value, masked.MaskedArray):
         raise InputError("input.numbers", name=name, got="masked array")
     numbers: Any = value
     if not isinstance(value, np.ndarray | list | tuple | float | int):
@@ -315,6 +317,8 @@ def number(name: str, value: object) -> float:
     Raises:
         InputError: it is not.
     """
+    if type(value) is float and abs(value) <= LARGEST:
+        return value
     return float(single(name, cast("ArrayLike", value), ()))
 
 

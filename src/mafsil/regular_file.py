@@ -5,11 +5,12 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
 from pathlib import Path
-from typing import BinaryIO
+from time import time_ns
+from typing import BinaryIO, NamedTuple
 
 from mafsil.messages import say
 
@@ -107,3 +108,41 @@ def reason(fault: Exception) -> str:
 def _without_waiting(path: str, flags: int) -> int:
     """Opens pipes too, at once, so that they can be distinguished from files."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+SETTLED = 2.0
+"""Seconds since the last change of a file after which another change has another time, on every file system."""
+
+
+class FileStamps(NamedTuple):
+    """Files as they were when something was read from them.
+
+    Attributes:
+        paths: of the files.
+        stamps: of each its place on the disk, size and times of change; None if it was not there.
+        settled: whether another change would show: the last one was long enough before.
+    """
+
+    paths: tuple[Path, ...]
+    stamps: tuple[tuple[int, ...] | None, ...]
+    settled: bool
+
+    @classmethod
+    def of(cls, paths: Iterable[Path]) -> FileStamps:
+        """The files as they are; to be asked before they are read."""
+        given = tuple(paths)
+        stamps = tuple(map(_stamp, given))
+        newest = max((max(stamp[-2:]) for stamp in stamps if stamp is not None), default=0)
+        return cls(given, stamps, newest < time_ns() - int(SETTLED * 1e9))
+
+    def changed(self) -> bool:
+        """Whether a file is another one by now."""
+        return any(_stamp(path) != stamp for path, stamp in zip(self.paths, self.stamps, strict=True))
+
+
+def _stamp(path: Path) -> tuple[int, ...] | None:
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns

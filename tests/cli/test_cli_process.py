@@ -168,3 +168,41 @@ def test_help_loads_nothing_heavy() -> None:
     code = "import sys; from mafsil.cli.main import main; main(['--help']); print([m for m in ('numpy', 'mafsil.expression', 'llvmlite', 'scipy', 'msgspec', 'matplotlib') if m in sys.modules])"  # noqa: E501
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "fk panda 0 -0.5 0 -2 0 1.5 0.7",
+        "ik panda --pose 0.4 0 0.5 pi 0 0",
+        "plan panda --start 0 -0.5 0 -2 0 1.5 0.7 --goal 0.6 0.2 0.1 -1.5 0.2 1.8 0.7",
+    ],
+)
+def test_a_command_loads_only_what_it_uses(words: str) -> None:
+    """Once the store holds what it needs: no compiler, no readers of robot files, no jobs, nothing of SciPy."""
+    heavy = ["llvmlite.binding", "scipy", "msgspec", "matplotlib", "mafsil.job", "mafsil.model.file_reader"]
+    code = f"""
+import sys
+from mafsil.cli.main import main
+main(sys.argv[1:])
+print([m for m in {heavy} if m in sys.modules])
+"""
+    for _ in range(2):
+        done = subprocess.run([sys.executable, "-c", code, *words.split()], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_process_ends_after_what_was_left_to_do(tmp_path: Path) -> None:
+    """Streams are flushed, threads waited for, functions that were to run at the end run; the code is the command's."""
+    code = """
+import atexit, sys, threading, time
+from mafsil.cli import __main__ as program
+atexit.register(lambda: print("the end"))
+threading.Thread(target=lambda: (time.sleep(0.3), print("thread"))).start()
+sys.stdout.write("begin ")
+program.program()
+"""
+    done = subprocess.run([sys.executable, "-c", code, "fk", "nothing"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stdout.split("\n") == ["begin thread", "the end", ""]
+    assert done.stderr.startswith("mafsil: nothing")

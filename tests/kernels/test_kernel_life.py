@@ -570,6 +570,13 @@ def test_the_small_linker_loads_what_llvm_loads():
 
 
 @pytest.mark.skipif(not elf._here(), reason="the small linker is for Linux on x86-64")
+def test_the_small_linker_takes_code_that_refers_to_an_empty_constant():
+    """As the calls of kernels without one do: all of LLVM was loaded for them."""
+    empty = "@none = private constant [0 x i64] zeroinitializer\ndefine ptr @f() {\n ret ptr @none\n}\n"
+    assert elf.load(target.compile(empty, target.host()), ("f",)) is not None
+
+
+@pytest.mark.skipif(not elf._here(), reason="the small linker is for Linux on x86-64")
 def test_the_small_linker_declines_what_it_does_not_know():
     calls_out = """
 declare double @cos(double)

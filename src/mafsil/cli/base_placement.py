@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +18,14 @@ from mafsil.collision import Scene
 from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-from mafsil.job.surroundings import scene_in
+from mafsil.lazy_module import lazily
 from mafsil.planning import BasePlacement, optimal_base_placement
 from mafsil.robot import Robot, load
+
+if TYPE_CHECKING:
+    import mafsil.job.surroundings as surroundings
+else:
+    surroundings = lazily("mafsil.job.surroundings")
 
 
 def base_placement(
@@ -58,7 +64,7 @@ def base_placement(
     """
     arm = load(robot, tip=tip)
     require_open_chain(arm.mechanism, "base-placement")
-    around = Scene() if scene is None else scene_in(Path(scene))
+    around = Scene() if scene is None else surroundings.scene_in(Path(scene))
     found = optimal_base_placement(
         arm, _targets(targets, degrees=degrees), scene=around,
         region=(_ends("--x", x), _ends("--y", y)),

@@ -84,7 +84,7 @@ def _run(words: list[str]) -> int:
     from mafsil.cli.status_line import LINE
     from mafsil.cli.words import put_options_first
 
-    grammar = parser(__version__)
+    grammar = parser(__version__, words)
     try:
         given = vars(grammar.parse_args(put_options_first(words)))
     except SystemExit as leaving:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
@@ -61,8 +61,13 @@ class Parser(argparse.ArgumentParser):
         raise UsageError("cli.usage", message=visible(message), command=self.prog)
 
 
-def parser(version: str) -> Parser:
-    """The whole grammar, in the language now in force."""
+def parser(version: str, typed: Collection[str]) -> Parser:
+    """The grammar, in the language now in force.
+
+    Args:
+        version: of the package.
+        typed: the words; a command that is not among them has its name alone, as nothing of it will be read.
+    """
     _translate()
     main = Parser(
         prog="mafsil",
@@ -76,8 +81,9 @@ def parser(version: str) -> Parser:
     for operation in OPERATIONS:
         words = _escape(say(operation.help_key))
         command = commands.add_parser(operation.name, help=words, description=words)
-        _add_parameters(command, operation)
-        _add_common(command)
+        if operation.name in typed:
+            _add_parameters(command, operation)
+            _add_common(command)
     return main
 
 

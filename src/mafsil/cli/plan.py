@@ -6,7 +6,7 @@ What `mafsil plan` is asked for beside the start: where to go, what room that le
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -20,13 +20,21 @@ from mafsil.cli.typed_pose import PLACES, typed_pose
 from mafsil.collision import Checker, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
-from mafsil.job.surroundings import scene_in, with_shapes
+from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.model import Mechanism
-from mafsil.planning import ArmPlan, FixedOrientation, GoalRegion, InPlane, OnLine, Upright
+from mafsil.model.skeleton import with_shapes
+from mafsil.planning import FixedOrientation, GoalRegion, InPlane, OnLine, Upright
 from mafsil.planning import plan as plan_path
 from mafsil.robot import Robot, load
-from mafsil.trajectory import MotionLimits, export
+
+if TYPE_CHECKING:
+    import mafsil.job.surroundings as surroundings
+    import mafsil.trajectory as trajectory
+    from mafsil.planning import ArmPlan
+else:
+    surroundings = lazily("mafsil.job.surroundings")
+    trajectory = lazily("mafsil.trajectory")
 
 Goal: TypeAlias = JointVector | PoseMatrix | Pose | GoalRegion
 Kept: TypeAlias = Upright | FixedOrientation | OnLine | InPlane
@@ -89,7 +97,7 @@ def plan(
     wanted = typed_goal(goal, pose, box, angle, arm.mechanism, degrees=degrees)
     q = joint_values("start", start, arm.mechanism, degrees=degrees)
     keep = typed_constraints(upright, orientation, line, plane, degrees=degrees)
-    around = Scene() if scene is None else scene_in(Path(scene))
+    around = Scene() if scene is None else surroundings.scene_in(Path(scene))
     apart = 0.0 if clearance is None else number("--clearance", clearance)
     among_itself = None if self_clearance is None else number("--self-clearance", self_clearance)
     budget = 10.0 if seconds is None else number("--seconds", seconds)
@@ -123,7 +131,7 @@ def plan(
     if out is not None:
         timed = found.time_optimal(_limits(arm))
         assert timed.trajectory is not None
-        written = export(timed.trajectory, out, _limits(arm), joints=arm.joint_names)
+        written = trajectory.export(timed.trajectory, out, _limits(arm), joints=arm.joint_names)
         data |= {"duration": timed.duration, "file": written.to_dict()}
         lines += [*_assume(arm), written.explain()]
     return Answer(data, tuple(lines), interrupted=found.interrupted)
@@ -153,12 +161,12 @@ def _assume(arm: Robot) -> list[str]:
     return found
 
 
-def _limits(arm: Robot) -> MotionLimits:
+def _limits(arm: Robot) -> trajectory.MotionLimits:
     """Of the arm, finite where a motion needs them."""
     own = arm.limits
     velocity = np.where(np.isfinite(own.velocity) & (own.velocity > 0.0), own.velocity, VELOCITY)
     acceleration = np.where(np.isfinite(own.acceleration) & (own.acceleration > 0.0), own.acceleration, ACCELERATION)
-    return MotionLimits.of(arm.n, velocity=velocity, acceleration=acceleration)
+    return trajectory.MotionLimits.of(arm.n, velocity=velocity, acceleration=acceleration)
 
 
 def rows_of(words: list[str], length: int) -> list[list[str]]:

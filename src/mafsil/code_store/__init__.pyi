@@ -1,3 +1,5 @@
+from mafsil.code_store.arrays import digest_of as digest_of
+from mafsil.code_store.arrays import kept_array as kept_array
 from mafsil.code_store.compilation import LOGGER as LOGGER
 from mafsil.code_store.compilation import compilation as compilation
 from mafsil.code_store.folder import CACHE_VARIABLE as CACHE_VARIABLE

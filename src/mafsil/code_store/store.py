@@ -34,7 +34,7 @@ _ORPHAN_AGE = 3600.0
 _SWEEP_EVERY = 600.0
 _STAMP_AGE = 86400.0
 _LARGEST = 1 << 30
-_SUFFIXES = (".kernel", ".tape", ".sources", ".loop", ".bundle")
+_SUFFIXES = (".kernel", ".tape", ".sources", ".loop", ".bundle", ".arrays")
 """Of all kinds of entries: together they share the bound on size."""
 
 

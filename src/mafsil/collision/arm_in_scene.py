@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from math import prod
 from pathlib import Path
@@ -19,21 +19,23 @@ from mafsil.collision.pairs import (
     SkippedPair,
     SkipReason,
     bodies_of,
+    mesh_files,
     named_pairs,
     skipped_by_structure,
     still_shapes,
 )
 from mafsil.collision.scene import Obstacle, Scene, as_obstacles
 from mafsil.collision.shapes import MOST_LENGTH, Plane
-from mafsil.collision.srdf import disabled_pairs
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
+from mafsil.regular_file import FileStamps
 from mafsil.robot import as_open_tree
 
 if TYPE_CHECKING:
     import mafsil.collision.layout as layout
     import mafsil.collision.sampled_pairs as sampled_pairs
+    import mafsil.collision.srdf as srdf_file
     from mafsil.collision.arm_loops import Arm
     from mafsil.collision.layout import LaidArm
     from mafsil.collision.workshop_loops import Workshop, World
@@ -41,12 +43,24 @@ if TYPE_CHECKING:
 else:
     layout = lazily("mafsil.collision.layout")
     sampled_pairs = lazily("mafsil.collision.sampled_pairs")
+    srdf_file = lazily("mafsil.collision.srdf")
+
+
+OF_ARM = (
+    "bodies", "laid", "kinship", "has_carriers", "moves_tip", "_joints", "_still", "_skipped", "_clearances_of_pairs",
+    "_files",
+)  # fmt: skip
+"""What the robot keeps of an arm: nothing of it depends on scene and clearances."""
+MOST_KEPT = 8
+"""Arms that a robot keeps: with different radii, tools, pairs that are not checked."""
 
 
 class ArmInScene:
     """An arm in a scene: its bodies, which pairs of them are checked, clearances to keep. Arguments as `Checker`."""
 
     _self_clearance: float | None = None
+    _key: tuple[Any, ...] = ()
+    _files = FileStamps((), (), True)
 
     def __init__(
         self,
@@ -71,25 +85,51 @@ class ArmInScene:
         self._self_clearance = None if self_clearance is None else not_negative("self_clearance", self_clearance)
         self.samples = whole("samples", samples)
         self.seed = whole("seed", seed)
-        mechanism = self.robot.mechanism
-        fixed = as_obstacles("attached", attached)
+        self._self_collision, self._workshops = self_collision, dict[int, "Held[Workshop]"]()
+        fixed, skip = as_obstacles("attached", attached), tuple(skip)
         if any(isinstance(each.geometry, Plane) for each in fixed):
             raise InputError("collision.attached_plane")
-        self.bodies: tuple[Body, ...] = bodies_of(
-            mechanism, fixed, None if radius is None else positive("radius", radius)
-        )
+        thick = None if radius is None else positive("radius", radius)
+        listed = None if srdf is None else srdf_file.disabled_pairs(srdf)
+        rest = None if known_free is None else self._rows(known_free, "known_free")[0]
+        of_pairs = self_collision, self.samples, self.seed, skip_never_colliding
+        known = None if listed is None else frozenset(listed), None if rest is None else rest.tobytes()
+        self._key = (self.robot.mechanism, fixed, thick, repr(skip), *of_pairs, *known)
+        if not self._recall():
+            self._files = FileStamps.of(mesh_files(self.robot.mechanism, fixed))
+            self._choose_pairs(fixed, thick, listed, skip, rest, skip_never_colliding)
+
+    def _choose_pairs(
+        self, fixed: tuple[Obstacle, ...], radius: float | None, listed: Mapping[frozenset[str], str] | None,
+        skip: tuple[tuple[str, str], ...], rest: Floats | None, skip_never_colliding: bool,
+    ) -> None:  # fmt: skip
+        """The bodies, and which pairs of them are not checked."""
+        mechanism = self.robot.mechanism
+        self.bodies: tuple[Body, ...] = bodies_of(mechanism, fixed, radius)
         self._joints = joints_of(mechanism)
         self._still = still_shapes(mechanism, self.bodies)
         known = (*dict.fromkeys((*(body.name for body in self.bodies), *mechanism.link_names)),)
-        listed = {**({} if srdf is None else disabled_pairs(srdf)), **named_pairs(skip, known)}
-        self._skipped = skipped_by_structure(mechanism, self.bodies, listed)
-        if known_free is not None:
-            self._skipped |= self._resting_pairs(known_free)
-        if self_collision:
-            self._sample_pairs(skip_never_colliding, srdf is None)
-        self._self_collision = self_collision
-        self._workshops: dict[int, Held[Workshop]] = {}
+        self._skipped = skipped_by_structure(mechanism, self.bodies, {**(listed or {}), **named_pairs(skip, known)})
+        if rest is not None:
+            self._skipped |= self._resting_pairs(rest)
+        if self._self_collision:
+            self._sample_pairs(skip_never_colliding, listed is None)
         self._clearances_of_pairs: dict[float, dict[tuple[int, int], float]] = {}
+
+    def _recall(self) -> bool:
+        """Take over what the robot keeps of an arm with the same settings, if its mesh files are as they were."""
+        kept = self.robot.derived.get(self._key)
+        if kept is None or kept["_files"].changed():
+            return False
+        self.__dict__.update(kept)
+        return True
+
+    def _keep(self) -> None:
+        """Keep the arm, without scene and clearances, with the robot, for the next one that has the same settings."""
+        if self._key and self._files.settled:
+            self.robot.derived[self._key] = {name: getattr(self, name) for name in OF_ARM}
+            for key in list(self.robot.derived)[:-MOST_KEPT]:
+                self.robot.derived.pop(key, None)
 
     def world(self) -> World:
         """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
@@ -105,7 +145,7 @@ class ArmInScene:
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process can use: all but what lies at an address of this one."""
-        return self.__dict__ | {"_workshops": {}}
+        return self.__dict__ | {"_workshops": {}, "_key": ()}
 
     @property
     def tips(self) -> tuple[str, ...]:
@@ -168,7 +208,10 @@ class ArmInScene:
     def laid(self) -> LaidArm:
         """The arm as the compiled loops read it, shared by all scenes."""
         pairs = self._pairs() if self._self_collision else []
-        return layout.LaidArm(self.robot, self._joints, layout.arm_of(self.bodies, pairs, self._still))
+        laid = layout.LaidArm(self.robot, self._joints, layout.arm_of(self.bodies, pairs, self._still))
+        self.__dict__["laid"] = laid
+        self._keep()
+        return laid
 
     @property
     def arm(self) -> Arm:
@@ -267,9 +310,8 @@ class ArmInScene:
         """All pairs of bodies that are not checked; without self-collision those that could be count as listed."""
         return self._skipped | ({} if self._self_collision else dict.fromkeys(self._pairs(), SkipReason.LISTED))
 
-    def _resting_pairs(self, known_free: ArrayLike) -> dict[tuple[int, int], SkipReason]:
+    def _resting_pairs(self, rows: Floats) -> dict[tuple[int, int], SkipReason]:
         """Pairs that meet where the robot is known to be free: their shapes are thicker than it."""
-        rows, _ = self._rows(known_free, "known_free")
         pairs = self._pairs()
         met = sampled_pairs.meetings(self.robot, self.bodies, pairs, rows)
         return {pair: SkipReason.REST for pair, count in zip(pairs, met.tolist(), strict=True) if count}
@@ -313,6 +355,8 @@ def not_negative(name: str, value: float, most: float = MOST_LENGTH) -> float:
     Raises:
         InputError: it is none.
     """
+    if type(value) is float and 0.0 <= value <= most:
+        return value
     number = real_array(name, value)
     if number.ndim or not 0.0 <= number <= most:
         raise InputError("collision.length", name=name, value=value, most=most)

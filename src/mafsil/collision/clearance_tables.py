@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.code_store import digest_of, kept_array
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import SIDE, Clearances, lower_clearances
 from mafsil.collision.regions import Regions
@@ -70,7 +71,7 @@ class _Plan:
 
 
 def clearances_of(
-    arm: Arm, motion: Motion, regions: Regions, limits: JointLimits, poses: Poses, nearest: NearestInCells
+    arm: Arm, motion: Motion, regions: Regions, limits: JointLimits, poses: Poses, nearest: NearestInCells, basis: str
 ) -> Clearances:
     """Tables for the pairs of an arm that two coordinates decide.
 
@@ -84,6 +85,7 @@ def clearances_of(
         limits: of the coordinates; where they are infinite, only those of hinges have a table.
         poses: of configurations.
         nearest: what is known already of pairs of the same bodies, in and out.
+        basis: digest of all else that distances at configurations follow from: the joints, the code.
     """
     grid, size, plans, cost = _Grid(motion, regions, limits), SIDE * SIDE, list[_Plan](), 0
     for k, share in _often_near(arm, poses, grid.samples()):  # 1
@@ -106,7 +108,7 @@ def clearances_of(
         known.axes[t, 1, 2] *= first != second
         known.cells[t] = begin, len(pairs)
         found = known.values[begin : begin + size * len(pairs)].reshape(size, len(pairs))
-        _look_at_cells(arm, grid, group, poses, nearest)  # 3
+        _look_at_cells(arm, grid, group, poses, nearest, basis)  # 3
         for slot, plan in enumerate(group):
             found[:, slot] = nearest[_key(arm, plan, group)] - plan.loss
         known.table[pairs[(found > 0.0).mean(axis=0) < USEFUL]] = -1
@@ -120,17 +122,26 @@ def _key(arm: Arm, plan: _Plan, group: list[_Plan]) -> tuple[object, ...]:
     return a, b, plan.of_table, max(each.turns for each in group)
 
 
-def _look_at_cells(arm: Arm, grid: _Grid, group: list[_Plan], poses: Poses, nearest: NearestInCells) -> None:
+def _look_at_cells(
+    arm: Arm, grid: _Grid, group: list[_Plan], poses: Poses, nearest: NearestInCells, basis: str
+) -> None:  # fmt: skip
     """The distances at the middles of all cells, of the pairs of a table of which they are not known."""
     missing = [plan for plan in group if _key(arm, plan, group) not in nearest]
     if not missing:
         return
-    pairs, found = np.array([plan.pair for plan in missing]), np.full((SIDE * SIDE, len(missing)), MOST)
-    for third in grid.values(group):
-        for row, some in poses(grid.middles(group[0], third)):
-            lower_clearances(arm, some, pairs, found[row : row + len(some)])
-    for column, plan in zip(found.T, missing, strict=True):
-        nearest[_key(arm, plan, group)] = column.copy()
+
+    def measure() -> Floats:
+        pairs, found = np.array([plan.pair for plan in missing]), np.full((SIDE * SIDE, len(missing)), MOST)
+        for third in grid.values(group):
+            for row, some in poses(grid.middles(group[0], third)):
+                lower_clearances(arm, some, pairs, found[row : row + len(some)])
+        return found
+
+    keys = [_key(arm, plan, group) for plan in missing]
+    content = *arm.pieces, arm.bodies, grid.axes, grid.lower, grid.upper
+    found = kept_array(digest_of("clearances", basis, repr(keys), *content), measure)
+    for column, key in zip(found.T, keys, strict=True):
+        nearest[key] = column.copy()
 
 
 class _Grid:

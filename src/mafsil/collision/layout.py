@@ -11,38 +11,41 @@ from threading import get_ident
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, Truth
+from mafsil.code_store import digest_of
 from mafsil.collision import clearance_tables
-from mafsil.collision.arm_kernels import CENTRE, POSE, TWIST, ArmKernels, arm_kernels
+from mafsil.collision.arm_kernels import CENTRE, POSE, SOURCES, TWIST, ArmKernels, arm_kernels
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.joints import Joints, last_of
 from mafsil.collision.pairs import Body
-from mafsil.collision.pieces import boxes, pieces_of
-from mafsil.collision.placing_loops import ALL
+from mafsil.collision.pieces import pieces_of
 from mafsil.collision.regions import Regions
 from mafsil.collision.scene import Scene
-from mafsil.collision.speed_loops import ROUNDING, Motion
-from mafsil.collision.support_loops import BALL, BODY, PLANE, POINT, Pieces
-from mafsil.collision.tree_loops import Surroundings
+from mafsil.collision.speed_loops import Motion
+from mafsil.collision.support_loops import BALL, BODY, POINT, Pieces
+from mafsil.collision.tree_loops import boxes_of
 from mafsil.collision.workshop_loops import (
-    AT_ONCE,
     STATES,
     Bench,
-    FewAround,
     Groups,
     Kinematics,
     Workshop,
     World,
     bench_for,
+    few_around,
+    whole_agenda,
 )
 from mafsil.kernels import Kernel
+from mafsil.kernels.identity import fingerprint, machine
 from mafsil.kernels.loops.held import Held
 from mafsil.kernels.loops.holding import hold
 from mafsil.kernels.loops.lanes import WIDTH, in_lanes
+from mafsil.kernels.loops.specialisation import made_by
+from mafsil.kernels.sources import meaning
 from mafsil.model import Mechanism
+from mafsil.model.fingerprint import fingerprint as mechanism_print
 from mafsil.robot import Robot
 
 Still: TypeAlias = Sequence[Sequence[bool]]
@@ -61,8 +64,9 @@ def arm_of(bodies: tuple[Body, ...], pairs: list[tuple[int, int]], still: Still 
     pieces = pieces_of([(body.shapes[i][0], body.shapes[i][1], b) for b, body in enumerate(bodies) for i in order[b]])
     first = np.searchsorted(pieces.rows[:, BODY], np.arange(len(bodies) + 1))
     moving = [first[b] + len(row) - sum(row) for b, row in enumerate(flags)]
+    spread = boxes_of(pieces)
     table = [
-        [body.link, first[b], first[b + 1], moving[b], *_ball(pieces, first[b], first[b + 1])]
+        [body.link, first[b], first[b + 1], moving[b], *_ball(pieces, spread, first[b], first[b + 1])]
         for b, body in enumerate(bodies)
     ]
     return Arm(pieces, np.array(table, np.float64), np.array(pairs, np.int64).reshape(-1, 2))
@@ -86,9 +90,9 @@ def groups_of(arm: Arm) -> Groups:
     return Groups(lanes, members, starts)
 
 
-def _ball(pieces: Pieces, first: int, last: int) -> Floats:
+def _ball(pieces: Pieces, spread: Floats, first: int, last: int) -> Floats:
     """(4,) a ball around some pieces: about the middle of their extent, by their balls or by their boxes."""
-    box = boxes(pieces)[first:last]
+    box = spread[first:last]
     low, high = box[:, :3].min(axis=0), box[:, 3:].max(axis=0)
     centre = (low + high) / 2
     balls = pieces.rows[first:last, BALL:]
@@ -135,37 +139,6 @@ def motion_of(mechanism: Mechanism, joints: Joints, arm: Arm) -> Motion:
     )  # fmt: skip
 
 
-def everything(arm: Arm, around: Surroundings) -> NDArray[np.int64]:
-    """What a proof asks about: bodies that the surroundings matter to, and pairs; see `World`."""
-    bodies = (arm.bodies[:, 3] > arm.bodies[:, 1]) & (len(around.boxes) > 0)
-    return np.where(np.concatenate([bodies, np.ones(len(arm.pairs), np.bool_)]), ALL, 0)
-
-
-def few_around(regions: Floats, arm: Arm, around: Surroundings) -> FewAround:
-    """What each body sees of few pieces around.
-
-    Args:
-        regions: (b, 4) balls that the bodies never leave.
-        arm, around: the arm and its surroundings.
-    """
-    bodies, count = len(regions), len(around.boxes)
-    if count > AT_ONCE:
-        return FewAround(np.zeros((bodies, 0)), np.zeros((bodies, 0, 6)))
-    centre, reach = around.boxes[:, :3], around.boxes[:, 3:] + arm.bodies[:, 7, None, None] + ROUNDING
-    return FewAround(_apart(regions, around), np.concatenate([centre - reach, centre + reach], axis=2))
-
-
-def _apart(regions: Floats, around: Surroundings) -> Floats:
-    """(b, k) how far each body stays from each piece around, by the boxes around the pieces."""
-    boxes, centres = around.boxes[None], regions[:, None, :3]
-    away = np.maximum(np.abs(centres - boxes[..., :3]) - boxes[..., 3:], 0.0)
-    gaps = np.linalg.norm(away, axis=2) - regions[:, 3:]
-    plane = around.pieces.rows[:, 0] == PLANE
-    T = around.pieces.T[plane]
-    gaps[:, plane] = ((centres - T[:, :, 3]) * T[:, :, 2]).sum(axis=2) - regions[:, 3:]
-    return gaps
-
-
 def kinematics_of(
     kernel: Kernel, lanes: ArmKernels, mechanism: Mechanism, arm: Arm
 ) -> tuple[Kinematics, list[object]]:  # fmt: skip
@@ -205,6 +178,12 @@ def poses_in_parts(robot: Robot, rows: Floats) -> Iterator[tuple[int, Floats]]:
     for begin in range(0, len(rows), CHUNK):
         part = rows[begin : begin + CHUNK]
         yield begin, robot.link_poses(part, out=room[: len(part)])
+
+
+def basis_of(mechanism: Mechanism) -> str:
+    """Digest of what distances between bodies of a robot follow from, beside their pieces: its joints, all code."""
+    code = fingerprint("mafsil.collision"), meaning((arm_kernels.__module__,), SOURCES), made_by(), machine()
+    return digest_of(mechanism_print(mechanism), *code)
 
 
 class LaidArm:
@@ -256,16 +235,15 @@ class LaidArm:
         limits = self.robot.limits
         regions = Regions(self.robot.mechanism, self._joints, self.arm, limits.lower, limits.upper)
         return clearance_tables.clearances_of(
-            self.arm, self.motion, regions, limits, self._poses, self._nearest_in_cells
+            self.arm, self.motion, regions, limits, self._poses, self._nearest_in_cells, basis_of(self.robot.mechanism)
         )
 
     def workshop(self, scene: Scene, clearance: Floats) -> Held[Workshop]:
         """What this thread asks about the arm in a scene, with clearances (1 + pairs,) as in `World` [m]."""
         around, thread = scene.surroundings, get_ident()
-        few = few_around(self.regions, self.arm, around)
         world = World(
-            self.arm, around, self.groups, few, self.clearances, self._kinematics_here(), self.motion,
-            everything(self.arm, around), clearance,
+            self.arm, around, self.groups, few_around(self.regions, self.arm, around), self.clearances,
+            self._kinematics_here(), self.motion, whole_agenda(self.arm, around), clearance,
         )  # fmt: skip
         if thread not in self._benches:
             self._benches[thread] = bench_for(world)

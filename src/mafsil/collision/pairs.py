@@ -9,14 +9,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3
+from mafsil.arrays import Floats, PoseMatrix, Vector3, cross
 from mafsil.collision.scene import Obstacle
 from mafsil.collision.shapes import Cone, ConvexHull, Geometry
 from mafsil.errors import InputError
 from mafsil.model import JointKind, Mechanism, mesh
+from mafsil.model.mesh.surface import keep_hull_corners
 from mafsil.model.shape import OUTLINE, Capsule, Cylinder, Mesh, Shape, Sphere
 
 ON_AXIS = 1e-9
@@ -229,6 +231,13 @@ def bodies_of(mechanism: Mechanism, attached: Iterable[Obstacle] = (), radius: f
     return tuple(bodies)
 
 
+def mesh_files(mechanism: Mechanism, attached: Iterable[Obstacle] = ()) -> tuple[Path, ...]:
+    """The files that `bodies_of` may read."""
+    shapes = [shape.geometry for link in mechanism.links for shape in (*link.visuals, *link.collisions)]
+    found = (each for each in (*shapes, *(item.geometry for item in attached)) if isinstance(each, Mesh))
+    return tuple(dict.fromkeys(each.path for each in found if each.path is not None))
+
+
 def _own(shapes: tuple[Shape, ...], radius: float | None) -> tuple[Shape, ...]:
     """The shapes of a link; a radius replaces those of the library, which only follow an outline."""
     return shapes if radius is None else tuple(shape for shape in shapes if shape.name != OUTLINE)
@@ -241,7 +250,11 @@ def _body(name: str, link: int, shapes: tuple[Shape, ...]) -> Body:
 
 def _hull(geometry: Geometry) -> Geometry:
     """A mesh file as the convex hull of its vertices; anything else as it is."""
-    return ConvexHull(mesh_vertices(geometry)) if isinstance(geometry, Mesh) else geometry
+    if not isinstance(geometry, Mesh):
+        return geometry
+    hull = ConvexHull(mesh_vertices(geometry))
+    keep_hull_corners(hull.points)
+    return hull
 
 
 def mesh_vertices(shape: Mesh) -> Floats:
@@ -273,9 +286,9 @@ def _capsules(mechanism: Mechanism, link: int, radius: float) -> tuple[tuple[Geo
 def _along(end: Floats) -> PoseMatrix:
     """(4, 4) pose at the middle of the segment from the origin to a point, z along it."""
     z = end / np.linalg.norm(end)
-    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    x = cross(np.eye(3)[np.argmin(np.abs(z))], z)
     x /= np.linalg.norm(x)
     T = np.eye(4)
-    T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    T[:3, :3] = np.column_stack([x, cross(z, x), z])
     T[:3, 3] = end / 2
     return T

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
+from math import hypot, inf
 
 import numpy as np
 
@@ -35,14 +37,10 @@ from mafsil.collision.support_loops import (
     SIZE,
     Pieces,
 )
-from mafsil.collision.tree_loops import Surroundings, build_tree
 from mafsil.errors import InputError
 from mafsil.model.mesh.reader import read
 from mafsil.model.mesh.surface import hull_corners
 from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
-
-ROUNDED = 1e-12
-"""What boxes are larger by than their pieces, so that no rounding of either matters [m]."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -67,53 +65,62 @@ class Rows:
 def pieces_of(geometries: Sequence[tuple[Geometry, PoseMatrix, int]]) -> Pieces:
     """Convex pieces of placed geometries.
 
+    1. Those of one piece that stands where they stand, all at once.
+    2. The others: hulls, and clouds of balls.
+
     Args:
         geometries: geometry, its pose (4, 4) in its body, index of the body.
     """
-    rows = [(rows_of(geometry), T, body) for geometry, T, body in geometries]
-    total = sum(len(r.radii) for r, _, _ in rows)
-    table, poses, last = np.zeros((total, COLUMNS)), np.empty((total, 3, 4)), 0
-    for r, T, body in rows:
-        first, last = last, last + len(r.radii)
-        part, centres = table[first:last], r.centres @ T[:3, :3].T + T[:3, 3]
-        part[:, KIND], part[:, SIZE : SIZE + 3], part[:, ROUNDING] = r.kind, r.size, r.rounding
-        part[:, CORNERS], part[:, BODY] = r.corners.shape[1], body
-        part[:, BALL : BALL + 3], part[:, BALL + 3] = centres, r.radii
-        poses[first:last] = T[:3]
+    lone = [_numbers(each[0]) for each in geometries]
+    rows = {k: _rows_of(geometries[k][0]) for k, one in enumerate(lone) if one is None}
+    counts = [len(rows[k].radii) if k in rows else 1 for k in range(len(lone))] if rows else []
+    total = sum(counts) if rows else len(lone)
+    ends = np.cumsum(counts) if rows else np.zeros(0, np.int64)
+    table, poses = np.zeros((total, COLUMNS)), np.empty((total, 3, 4))
+    if len(rows) < len(lone):  # 1
+        here = ends[[one is not None for one in lone]] - 1 if rows else slice(None)
+        placed = [each for each, one in zip(geometries, lone, strict=True) if one is not None]
+        numbers = np.fromiter(chain.from_iterable(one for one in lone if one is not None), np.float64).reshape(-1, 6)
+        T = np.array([each[1] for each in placed])[:, :3]
+        table[here, : ROUNDING + 1], table[here, BALL + 3] = numbers[:, :5], numbers[:, 5]
+        table[here, BODY], table[here, BALL : BALL + 3] = [each[2] for each in placed], T[:, :, 3]
+        poses[here] = T
+    if not rows:
+        return Pieces(table, poses, np.zeros((0, 3)))
+    for k, r in rows.items():  # 2
+        _, T, body = geometries[k]
+        part, centres = slice(int(ends[k]) - len(r.radii), int(ends[k])), r.centres @ T[:3, :3].T + T[:3, 3]
+        table[part, KIND], table[part, SIZE : SIZE + 3], table[part, ROUNDING] = r.kind, r.size, r.rounding
+        table[part, CORNERS], table[part, BODY] = r.corners.shape[1], body
+        table[part, BALL : BALL + 3], table[part, BALL + 3], poses[part] = centres, r.radii, T[:3]
         if r.kind != HULL:
-            poses[first:last, :, 3] = centres
+            poses[part, :, 3] = centres
     table[:, FIRST] = np.cumsum(table[:, CORNERS]) - table[:, CORNERS]
-    return Pieces(table, poses, np.concatenate([np.zeros((0, 3)), *(r.corners.reshape(-1, 3) for r, _, _ in rows)]))
+    return Pieces(table, poses, np.concatenate([r.corners.reshape(-1, 3) for r in rows.values()]))
 
 
-def surroundings_of(pieces: Pieces) -> Surroundings:
-    """Pieces posed in {s} with a tree over those that have bounds."""
-    plane = pieces.rows[:, KIND] == PLANE
-    bounded, corners = np.flatnonzero(~plane), boxes(pieces)
-    nodes, leaves = build_tree(corners[bounded])
-    order = np.concatenate([np.flatnonzero(plane), bounded[leaves]])
-    low, high = corners[order, :3], corners[order, 3:]
-    with np.errstate(invalid="ignore"):  # Half spaces have no middle.
-        middles = np.where(np.isfinite(low), (low + high) / 2, 0.0)
-        around = np.concatenate([middles, np.maximum(high - middles, middles - low) + ROUNDED], axis=1)
-    return Surroundings(pieces._replace(rows=pieces.rows[order], T=pieces.T[order]), nodes, around, int(plane.sum()))
-
-
-def rows_of(geometry: Geometry) -> Rows:
-    """The convex pieces of one geometry."""
+def _numbers(geometry: Geometry) -> tuple[float, ...] | None:
+    """Kind, size (3), rounding of a geometry of one piece, and the radius of the ball around it; None for others."""
     match geometry:
         case Sphere(radius=radius):
-            return _one(POINT, (0.0, 0.0, 0.0), radius, radius)
+            return POINT, 0.0, 0.0, 0.0, radius, radius
         case Capsule(radius=radius, length=length):
-            return _one(SEGMENT, (0.0, 0.0, length / 2), radius, radius + length / 2)
+            return SEGMENT, 0.0, 0.0, length / 2, radius, radius + length / 2
         case Box(size=(x, y, z)):
-            return _one(BOX, (x / 2, y / 2, z / 2), 0.0, float(np.linalg.norm([x, y, z])) / 2)
+            return BOX, x / 2, y / 2, z / 2, 0.0, hypot(x, y, z) / 2
         case Cylinder(radius=radius, length=length):
-            return _one(CYLINDER, (radius, 0.0, length / 2), 0.0, float(np.hypot(radius, length / 2)))
+            return CYLINDER, radius, 0.0, length / 2, 0.0, hypot(radius, length / 2)
         case Cone(radius=radius, length=length):
-            return _one(CONE, (radius, 0.0, length / 2), 0.0, float(np.hypot(radius, length / 2)))
+            return CONE, radius, 0.0, length / 2, 0.0, hypot(radius, length / 2)
         case Plane():
-            return _one(PLANE, (0.0, 0.0, 0.0), 0.0, np.inf)
+            return PLANE, 0.0, 0.0, 0.0, 0.0, inf
+        case _:
+            return None
+
+
+def _rows_of(geometry: Geometry) -> Rows:
+    """The convex pieces of a geometry of many, or of a hull."""
+    match geometry:
         case ConvexHull(points=points, rounding=rounding):
             return _hulls(hull_corners(points)[None], rounding)
         case TriangleMesh(vertices=vertices, faces=faces):
@@ -128,10 +135,8 @@ def rows_of(geometry: Geometry) -> Rows:
                 raise InputError("collision.no_mesh", reference=geometry.reference)
             surface = read(path).scale(scale)
             return _hulls(surface.vertices[surface.faces], 0.0)
-
-
-def _one(kind: int, size: tuple[float, float, float], rounding: float, radius: float) -> Rows:
-    return Rows(kind, size, rounding, np.zeros((1, 0, 3)), np.zeros((1, 3)), np.array([radius]))
+        case _:
+            raise TypeError(type(geometry).__name__)
 
 
 def _hulls(corners: Floats, rounding: float) -> Rows:
@@ -152,25 +157,3 @@ def _prisms(ground: HeightMap) -> Floats:
     under = triangles.copy()
     under[..., 2] = ground.base
     return np.concatenate([triangles, under], axis=1)
-
-
-def boxes(pieces: Pieces) -> Floats:
-    """(k, 6) lowest and highest coordinates of each piece in its body's frame; of a half space without bounds."""
-    R, p, kinds = pieces.T[:, :, :3], pieces.T[:, :, 3], pieces.rows[:, KIND]
-    sizes = pieces.rows[:, SIZE : SIZE + 3]
-    reach = (np.abs(R) @ sizes[:, :, None]) * [-1.0, 1.0]
-    for kind in (CYLINDER, CONE):
-        rows = kinds == kind
-        axis, radius, half = R[rows][:, :, 2], sizes[rows, 0], sizes[rows, 2]
-        extent = np.sqrt(np.maximum(0.0, 1.0 - axis**2)) * radius[:, None] + np.abs(axis) * half[:, None]
-        reach[rows] = extent[:, :, None] * [-1.0, 1.0]
-    rows, counts = np.flatnonzero(kinds == HULL), pieces.rows[:, CORNERS].astype(np.int64)
-    for count in np.unique(counts[rows]):
-        same = rows[counts[rows] == count]
-        at = pieces.rows[same, FIRST].astype(np.int64)
-        corners = pieces.vertices[at[:, None] + np.arange(count)] @ R[same].transpose(0, 2, 1)
-        reach[same] = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=2)
-    found = np.concatenate([p + reach[:, :, 0], p + reach[:, :, 1]], axis=1)
-    grown = found + np.outer(np.maximum(pieces.rows[:, ROUNDING], 0.0), [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
-    grown[kinds == PLANE] = [-np.inf, -np.inf, -np.inf, np.inf, np.inf, np.inf]
-    return grown

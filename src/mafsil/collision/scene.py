@@ -18,10 +18,12 @@ from mafsil.model.placement import checked_pose
 
 if TYPE_CHECKING:
     import mafsil.collision.pieces as pieces
+    import mafsil.collision.tree_loops as tree_loops
     from mafsil.collision.support_loops import Pieces
     from mafsil.collision.tree_loops import Surroundings
 else:
     pieces = lazily("mafsil.collision.pieces")
+    tree_loops = lazily("mafsil.collision.tree_loops")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,12 +54,13 @@ class Obstacle:
 
 def as_pose(name: str, place: ArrayLike) -> PoseMatrix:
     """A pose (4, 4), of a pose or of a position (3,)."""
-    array = require_near(name, require_finite(name, real_array(name, place)))
-    if array.shape == (3,):
-        T = np.eye(4)
-        T[:3, 3] = array
-        return frozen(T)
-    return frozen(checked_pose(name, array))
+    array = real_array(name, place)
+    if array.shape != (3,):
+        T = frozen(checked_pose(name, array))
+        require_near(name, T[:3, 3])
+        return T
+    x, y, z = require_near(name, require_finite(name, array)).tolist()
+    return frozen([[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z], [0.0, 0.0, 0.0, 1.0]])
 
 
 class Scene:
@@ -71,11 +74,21 @@ class Scene:
     """
 
     def __init__(self, obstacles: Iterable[Obstacle | Geometry] = ()) -> None:
-        self.obstacles: tuple[Obstacle, ...] = _named(obstacles)
-        self.names: tuple[str, ...] = tuple(each.name for each in self.obstacles)
-        if len(set(self.names)) < len(self.names):
-            twice = next(name for name in self.names if self.names.count(name) > 1)
+        self._given = as_obstacles("obstacles", obstacles)
+        names = [each.name for each in self._given if each.name]
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
             raise InputError("collision.named_twice", name=twice)
+
+    @cached_property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """All of them, with names: those without are called by kind and number."""
+        return _named(self._given)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Of the obstacles."""
+        return tuple(each.name for each in self.obstacles)
 
     def with_obstacle(self, geometry: Geometry, T_so: ArrayLike | None = None, name: str = "") -> Scene:
         """The scene with one more obstacle; arguments as `Obstacle`."""
@@ -104,15 +117,15 @@ class Scene:
     @cached_property
     def pieces(self) -> Pieces:
         """All convex pieces, posed in {s}; `body` is the obstacle's index."""
-        return pieces.pieces_of([(each.geometry, each.T_so, i) for i, each in enumerate(self.obstacles)])
+        return pieces.pieces_of([(each.geometry, each.T_so, i) for i, each in enumerate(self._given)])
 
     @cached_property
     def surroundings(self) -> Surroundings:
         """The pieces with a tree of boxes around them."""
-        return pieces.surroundings_of(self.pieces)
+        return tree_loops.surround(self.pieces)
 
     def __len__(self) -> int:
-        return len(self.obstacles)
+        return len(self._given)
 
     def __iter__(self) -> Iterator[Obstacle]:
         return iter(self.obstacles)
@@ -139,9 +152,7 @@ def as_obstacles(name: str, given: Iterable[Obstacle | Geometry]) -> tuple[Obsta
     return tuple(each if isinstance(each, Obstacle) else Obstacle(each) for each in given)
 
 
-def _named(obstacles: Iterable[Obstacle | Geometry]) -> tuple[Obstacle, ...]:
-    """Obstacles with names: those without are called by kind and number."""
-    given = as_obstacles("obstacles", obstacles)
+def _named(given: tuple[Obstacle, ...]) -> tuple[Obstacle, ...]:
     used, named = {each.name for each in given}, list[Obstacle]()
     counts: dict[str, int] = {}
     for each in given:
@@ -150,5 +161,13 @@ def _named(obstacles: Iterable[Obstacle | Geometry]) -> tuple[Obstacle, ...]:
             kind = type(each.geometry).__name__.lower()
             counts[kind] = counts.get(kind, 0) + 1
             name = f"{kind} {counts[kind]}"
-        named.append(Obstacle(each.geometry, each.T_so, name))
+        named.append(each if each.name else _call(each, name))
     return tuple(named)
+
+
+def _call(obstacle: Obstacle, name: str) -> Obstacle:
+    """The same with a name; what was looked at when it was made is not looked at again."""
+    other = object.__new__(Obstacle)
+    for word, value in (("geometry", obstacle.geometry), ("T_so", obstacle.T_so), ("name", name)):
+        object.__setattr__(other, word, value)
+    return other

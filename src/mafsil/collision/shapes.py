@@ -181,7 +181,8 @@ def checked_geometry(name: str, geometry: object) -> None:
     """
     match geometry:
         case Box(size=size):
-            _require_lengths(f"{name}: size", size, 3)
+            for value in size:
+                _require_length(f"{name}: size", value)
         case Sphere(radius=radius):
             _require_length(f"{name}: radius", radius)
         case Cylinder(radius=radius, length=length) | Capsule(radius=radius, length=length):
@@ -225,6 +226,8 @@ def _require_lengths(name: str, values: object, count: int) -> None:
 
 
 def _require_length(name: str, value: float, *, zero: bool = False) -> None:
+    if type(value) is float and 0.0 < value <= MOST_LENGTH:
+        return
     number = real_array(name, value)
     if number.ndim or not 0.0 <= number <= MOST_LENGTH or (number == 0.0 and not zero):
         raise InputError("collision.length", name=name, value=value, most=MOST_LENGTH)

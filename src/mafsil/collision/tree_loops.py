@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.support_loops import Pieces
+from mafsil.collision.support_loops import COLUMNS, CONE, CYLINDER, HULL, PLANE, Pieces
 from mafsil.kernels.loops.loop import compiled, inlined
 
+ROUNDED = 1e-12
+"""What boxes are larger by than their pieces, so that no rounding of either matters [m]."""
 LEAF = 4
 """Pieces in a leaf at most."""
 DEPTH = 64
@@ -38,6 +40,59 @@ class Surroundings(NamedTuple):
     nodes: Floats
     boxes: Floats
     planes: int
+
+
+@compiled
+def boxes_of(pieces: Pieces) -> Floats:
+    """(k, 6) lowest and highest coordinates of each piece in its body's frame; of a half space without bounds."""
+    spread = np.empty((len(pieces.rows), 6))
+    for i in range(len(pieces.rows)):
+        row, T = pieces.rows[i], pieces.T[i]
+        kind, grown = int(row[0]), max(row[4], 0.0)
+        for c in range(3):
+            low, high = np.inf, -np.inf
+            if kind == PLANE:
+                low, high = -np.inf, np.inf
+            elif kind == HULL:
+                for v in range(int(row[5]), int(row[5] + row[6])):
+                    corner = pieces.vertices[v]
+                    at = T[c, 0] * corner[0] + T[c, 1] * corner[1] + T[c, 2] * corner[2]
+                    low, high = min(low, at), max(high, at)
+            else:
+                high = abs(T[c, 0]) * row[1] + abs(T[c, 1]) * row[2] + abs(T[c, 2]) * row[3]
+                if kind in (CYLINDER, CONE):
+                    high = np.sqrt(max(0.0, 1.0 - T[c, 2] * T[c, 2])) * row[1] + abs(T[c, 2]) * row[3]
+                low = -high
+            spread[i, c], spread[i, 3 + c] = T[c, 3] + low - grown, T[c, 3] + high + grown
+    return spread
+
+
+@compiled
+def surround(pieces: Pieces) -> Surroundings:
+    """Pieces posed in {s}, half spaces first, with a tree over those that have bounds."""
+    count, planes, k = len(pieces.rows), 0, 0
+    spread, order, bounded = boxes_of(pieces), np.empty(count, np.int64), np.empty(count, np.int64)
+    for i in range(count):
+        if int(pieces.rows[i, 0]) == PLANE:
+            order[planes] = i
+            planes += 1
+        else:
+            bounded[k] = i
+            k += 1
+    some = np.empty((k, 6))
+    for i in range(k):
+        some[i] = spread[bounded[i]]
+    nodes, leaves = build_tree(some)
+    for i in range(k):
+        order[planes + i] = bounded[leaves[i]]
+    rows, T, around = np.empty((count, COLUMNS)), np.empty((count, 3, 4)), np.empty((count, 6))
+    for i in range(count):
+        rows[i], T[i] = pieces.rows[order[i]], pieces.T[order[i]]
+        for c in range(3):
+            low, high = spread[order[i], c], spread[order[i], 3 + c]
+            middle = (low + high) / 2 if i >= planes else 0.0
+            around[i, c], around[i, 3 + c] = middle, max(high - middle, middle - low) + ROUNDED
+    return Surroundings(Pieces(rows, T, pieces.vertices), nodes, around, planes)
 
 
 @compiled

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import Clearances
-from mafsil.collision.placing_loops import LaneScratch, lane_scratch_for
-from mafsil.collision.speed_loops import Motion, Speeds, speeds_for
+from mafsil.collision.placing_loops import ALL, LaneScratch, lane_scratch_for
+from mafsil.collision.speed_loops import ROUNDING, Motion, Speeds, speeds_for
 from mafsil.collision.tree_loops import Surroundings
 from mafsil.kernels.loops.kernel_calls import call_lanes
 from mafsil.kernels.loops.lanes import WIDTH, in_lanes, lanes, put, seen
@@ -186,6 +186,37 @@ def bench_for(world: World) -> Bench:
         np.empty(total * WIDTH * LEVELS, np.int64), np.empty((WIDTH * LEVELS, 4)), np.zeros(total, np.int64),
         order, in_lanes(3), in_lanes(len(world.known.axes)),
     )  # fmt: skip
+
+
+@compiled
+def few_around(regions: Floats, arm: Arm, around: Surroundings) -> FewAround:
+    """What each body sees of few pieces around; `regions` (b, 4) are balls that the bodies never leave."""
+    bodies, count = len(regions), len(around.boxes)
+    if count > AT_ONCE:
+        count = 0
+    apart, walls = np.empty((bodies, count)), np.empty((bodies, count, 6))
+    for b in range(bodies):
+        ball, radius = regions[b], arm.bodies[b, 7] + ROUNDING
+        for k in range(count):
+            box, squared, height = around.boxes[k], 0.0, 0.0
+            for c in range(3):
+                away = max(abs(ball[c] - box[c]) - box[3 + c], 0.0)
+                squared += away * away
+                height += (ball[c] - around.pieces.T[k, c, 3]) * around.pieces.T[k, c, 2]
+                walls[b, k, c], walls[b, k, 3 + c] = box[c] - (box[3 + c] + radius), box[c] + (box[3 + c] + radius)
+            apart[b, k] = (height if k < around.planes else np.sqrt(squared)) - ball[3]
+    return FewAround(apart, walls)
+
+
+@compiled
+def whole_agenda(arm: Arm, around: Surroundings) -> NDArray[np.int64]:
+    """What a proof asks about: bodies that the surroundings matter to, and pairs; see `World`."""
+    bodies, pairs = len(arm.bodies), len(arm.pairs)
+    agenda = np.empty(bodies + pairs, np.int64)
+    for i in range(bodies + pairs):
+        asked = i >= bodies or (arm.bodies[i, 3] > arm.bodies[i, 1] and len(around.boxes) > 0)
+        agenda[i] = ALL if asked else 0
+    return agenda
 
 
 @compiled

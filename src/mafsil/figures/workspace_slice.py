@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.collision import Scene
-from mafsil.collision.pieces import boxes
+from mafsil.collision.tree_loops import boxes_of
 from mafsil.errors import InputError
 from mafsil.figures.performance_sheet import INK, SHELL, SINGULAR, flat_axes, label, save, sheet
 from mafsil.figures.picture_file import picture_file
@@ -117,5 +117,5 @@ def _footprints(scene: Scene | None) -> list[tuple[Any, Any]]:
     """Lower and upper corners, seen from above, of what has an end."""
     if scene is None or not len(scene):
         return []
-    rows = boxes(scene.pieces)
+    rows = boxes_of(scene.pieces)
     return [(row[:2], row[3:5]) for row in rows[np.isfinite(rows).all(axis=1)]]

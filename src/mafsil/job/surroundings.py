@@ -40,7 +40,7 @@ from mafsil.job.text import text_of
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
 from mafsil.model.shape import Mesh
-from mafsil.model.skeleton import with_skeleton
+from mafsil.model.skeleton import with_shapes
 from mafsil.planning import ArmPlan, TimedArm, plan
 from mafsil.planning.kept_planning import Measured
 from mafsil.planning.path_constraints import Constraint
@@ -337,15 +337,6 @@ def scene_in(path: Path) -> Scene:
         JobError: what is no obstacle.
     """
     return scene_of(parse_scene(text_of(path), path.name), path.parent)
-
-
-def with_shapes(mechanism: Mechanism) -> Mechanism:
-    """The mechanism with something to collide: its collision shapes, else what it shows, else tubes along its links.
-
-    Args:
-        mechanism: any arm.
-    """
-    return mechanism if any(link.collisions for link in mechanism.links) else with_skeleton(mechanism)
 
 
 def body_of(obstacle: Obstacle, index: int, degrees: bool, folder: Path) -> Body:

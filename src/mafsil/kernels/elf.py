@@ -138,7 +138,7 @@ def _layout(sections: list[_Section], jumps: int) -> tuple[dict[int, int], list[
         start = end
         for index, section in enumerate(sections):
             loaded = section.flags & _ALLOCATE and section.kind in (_PROGRAM, _ZEROS)
-            if loaded and section.flags & (_EXECUTE | _WRITE) == flag and section.size:
+            if loaded and section.flags & (_EXECUTE | _WRITE) == flag:  # Code may refer to an empty one too.
                 end = -(-end // section.align) * section.align
                 places[index] = end
                 end += section.size

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -68,10 +68,21 @@ def fingerprint(*packages: str) -> str:
     hashed = hashlib.blake2b(digest_size=16)
     for package in packages:
         for root in _roots(package):
-            for path in sorted((*root.rglob("*.py"), *root.rglob("*.pyi"))):
-                source = path.read_bytes()
-                hashed.update(f"{package} {path.relative_to(root)} {len(source)}\n".encode() + source)
+            for names in sorted(_sources(root, ())):
+                with open(os.path.join(root, *names), "rb") as file:
+                    source = file.read()
+                hashed.update(f"{package} {'/'.join(names)} {len(source)}\n".encode() + source)
     return hashed.hexdigest()
+
+
+def _sources(folder: Path | str, names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Names of folders and file of all source files and stubs below a folder; pathlib takes ten times as long."""
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_dir():
+                yield from _sources(entry.path, (*names, entry.name))
+            elif entry.name.endswith((".py", ".pyi")):
+                yield (*names, entry.name)
 
 
 @cache

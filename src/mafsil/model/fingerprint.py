@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from hashlib import blake2b
+from weakref import WeakKeyDictionary
 
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 
+_KNOWN: WeakKeyDictionary[Mechanism, str] = WeakKeyDictionary()
+"""Of mechanisms that were asked for: they do not change."""
+
 
 def fingerprint(mechanism: Mechanism) -> str:
     """Hash (hexadecimal, 128 bits) of what shapes the motion, without limits; friction: `friction_fingerprint`."""
-    digest = blake2b(digest_size=16)
-    for item in _content(mechanism):
-        digest.update(len(item).to_bytes(8, "little"))
-        digest.update(item)
-    return digest.hexdigest()
+    known = _KNOWN.get(mechanism)
+    if known is None:
+        digest = blake2b(digest_size=16)
+        for item in _content(mechanism):
+            digest.update(len(item).to_bytes(8, "little"))
+            digest.update(item)
+        known = _KNOWN[mechanism] = digest.hexdigest()
+    return known
 
 
 def friction_fingerprint(mechanism: Mechanism) -> str:

@@ -9,7 +9,6 @@ from math import isfinite, perm
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
 from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
 from mafsil.errors import ModelError
@@ -86,6 +85,8 @@ class Mimic:
         offset = self.multiplier * other.offset + self.offset
         if not (self.higher or other.higher):
             return Mimic(other.leader, self.multiplier * other.multiplier, offset)
+        from numpy.polynomial import Polynomial
+
         offset, multiplier, *higher = polynomial(self.curve(), Polynomial(other.curve())).coef
         return Mimic(other.leader, float(multiplier), float(offset), tuple(float(x) for x in higher))
 

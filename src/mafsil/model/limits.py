@@ -116,5 +116,5 @@ class JointLimits:
 
 def snap_to_bounds(q: Floats, lower: Floats, upper: Floats) -> Floats:
     """(*batch, n) measured coordinates, those beyond a bound by at most MEASURED on it, all others as they are."""
-    on = np.clip(q, lower, upper)
+    on = np.minimum(np.maximum(q, lower), upper)
     return np.where(np.abs(on - q) <= MEASURED, on, q)

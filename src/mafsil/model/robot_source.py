@@ -20,18 +20,22 @@ from mafsil.lazy_module import lazily
 from mafsil.model import library, table
 from mafsil.model.diagnostics import shown
 from mafsil.model.faults import LOOP_CLOSED
-from mafsil.model.file_reader import FileReader, warn_of
-from mafsil.model.loop_file import loop_file_of, with_loops
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.source import with_readable_tags
 from mafsil.model.tip import TipChoice
 from mafsil.regular_file import regular_bytes
 
 if TYPE_CHECKING:
+    import mafsil.model.file_reader as file_reader
+    import mafsil.model.loop_file as loop_file
     import mafsil.model.mjcf.reader as reader
     import mafsil.model.sdf as sdf
+    import mafsil.model.source as source_text
     import mafsil.model.urdf as urdf
+    from mafsil.model.file_reader import FileReader
 else:
+    file_reader = lazily("mafsil.model.file_reader")
+    loop_file = lazily("mafsil.model.loop_file")
+    source_text = lazily("mafsil.model.source")
     reader = lazily("mafsil.model.mjcf.reader")
     sdf = lazily("mafsil.model.sdf")
     urdf = lazily("mafsil.model.urdf")
@@ -94,8 +98,8 @@ def read_source(
         return table.read(path), True
     if path.suffix.lower() in LOGS:
         raise FileError("robot.log", source=shown(str(source)))
-    mechanism, beside = _read(path, (), arguments, model), loop_file_of(path)
-    return (mechanism if beside is None else with_loops(mechanism, beside)), True
+    mechanism, beside = _read(path, (), arguments, model), loop_file.loop_file_of(path)
+    return (mechanism if beside is None else loop_file.with_loops(mechanism, beside)), True
 
 
 def _read(path: Path, packages: Iterable[Path], arguments: dict[str, str], model: str | None) -> Mechanism:
@@ -137,7 +141,7 @@ def warn_of_file(mechanism: Mechanism, choice: TipChoice | None) -> None:
         mechanism: as it was read.
         choice: the tip, if it had to be chosen.
     """
-    warn_of(mechanism, choice, silent=(LOOP_CLOSED.code,))
+    file_reader.warn_of(mechanism, choice, silent=(LOOP_CLOSED.code,))
 
 
 def _require_choices(arguments: dict[str, str], model: str | None, source: str) -> None:
@@ -185,7 +189,7 @@ def reader_of(
 def root_tag(path: Path) -> str:
     """The tag of the first element of a file; empty if there is none."""
     try:
-        data = with_readable_tags(regular_bytes(path, PROLOGUE))
+        data = source_text.with_readable_tags(regular_bytes(path, PROLOGUE))
     except (OSError, ValueError):
         return ""
     found = _ROOT.match(data)

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
-from mafsil.arrays import PoseMatrix, frozen, number, single
+from mafsil.arrays import LARGEST, PoseMatrix, frozen, number, single
 from mafsil.fields import check_fields, or_none
 from mafsil.model.placement import frozen_pose
 
 
 def _three(name: str, value: Any) -> tuple[float, ...]:
+    given = cast("tuple[Any, ...]", value)
+    if type(given) is tuple and [type(x) for x in given] == [float] * 3 and all(abs(x) <= LARGEST for x in given):
+        return given
     return tuple(single(name, value, (3,)).tolist())
 
 

@@ -40,6 +40,15 @@ def with_skeleton(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, links=links)
 
 
+def with_shapes(mechanism: Mechanism) -> Mechanism:
+    """The mechanism with something to collide: its collision shapes, else what it shows, else tubes along its links.
+
+    Args:
+        mechanism: any arm.
+    """
+    return mechanism if any(link.collisions for link in mechanism.links) else with_skeleton(mechanism)
+
+
 def outline(mechanism: Mechanism) -> Mechanism | None:
     """The same mechanism, where what is seen of links is the outline that they collide with, and marks of the joints.
 

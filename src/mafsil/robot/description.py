@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from html import escape
 from math import isfinite
 from os import PathLike
-from typing import TYPE_CHECKING, Literal, NoReturn, Self, Unpack, cast
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Self, Unpack, cast
 
 from numpy.typing import ArrayLike
 
@@ -43,12 +43,14 @@ class Description:
 
     Attributes:
         mechanism: the description; immutable.
+        derived: what higher packages keep of it, by their own keys; it ends with the robot, and no pickle carries it.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
         if not isinstance(cast(object, mechanism), Mechanism):
             raise InputError("robot.mechanism", got=type(mechanism).__name__)
         self.mechanism = mechanism
+        self.derived: dict[tuple[Any, ...], Any] = {}
 
     def __repr__(self) -> str:
         frames = len(self.mechanism.frame_names)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from difflib import get_close_matches
+from functools import cache
 from inspect import signature
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -95,8 +96,16 @@ def load(name: str, **dimensions: ArrayLike) -> Mechanism:
     known = library_name(name)
     if known is None:
         raise ModelError("library.unknown", name=name, close=", ".join(close_names(name) or robots()))
+    if not dimensions:
+        return _described(known)
     maker = ROBOTS[known]
     return maker(**{key: _dimension(maker, key, value) for key, value in dimensions.items()})
+
+
+@cache
+def _described(name: str) -> Mechanism:
+    """With the default dimensions: one description for all who name it, which keeps what was compiled for it."""
+    return ROBOTS[name]()
 
 
 def _dimension(maker: Callable[..., Mechanism], key: str, value: ArrayLike) -> float | tuple[float, ...]:

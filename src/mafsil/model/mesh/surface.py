@@ -6,12 +6,17 @@ The convex hull of points: corners alone, for what needs only its furthest point
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, frozen
+from mafsil.code_store import digest_of, kept_array
+from mafsil.regular_file import FileStamps
 
 Faces: TypeAlias = NDArray[np.int64]
 
@@ -65,6 +70,10 @@ def clean_surface(vertices: Floats, faces: Faces, colours: Floats | None = None)
 
 FEW = 12
 """So many points are all kept: to look for the corners among them, and for a library that does, costs more."""
+MOST_KEPT = 256
+"""Hulls of robots' parts in memory."""
+_CORNERS: dict[str, Floats] = {}
+"""Corners by the digest of the points."""
 
 
 def hull_corners(points: Floats) -> Floats:
@@ -76,6 +85,23 @@ def hull_corners(points: Floats) -> Floats:
     Returns:
         (c, 3).
     """
+    known = _CORNERS.get(digest_of(points)) if _CORNERS and len(points) > FEW else None
+    return _corners_of(points) if known is None else known
+
+
+def keep_hull_corners(points: Floats) -> None:
+    """Have the corners of a hull ready for `hull_corners`, in this process and the next ones."""
+    if len(points) <= FEW:
+        return
+    name = digest_of(points)
+    if name not in _CORNERS:
+        corners = kept_array(digest_of("hull", name, _scipy(), str(FEW)), lambda: _corners_of(points))
+        _CORNERS[name] = frozen(corners)
+        for oldest in list(_CORNERS)[:-MOST_KEPT]:
+            _CORNERS.pop(oldest, None)
+
+
+def _corners_of(points: Floats) -> Floats:
     distinct = np.unique(points, axis=0)
     if len(distinct) <= FEW:
         return distinct
@@ -85,6 +111,13 @@ def hull_corners(points: Floats) -> Floats:
         return distinct[np.sort(ConvexHull(distinct).vertices)]
     except QhullError:
         return distinct
+
+
+@cache
+def _scipy() -> str:
+    """Which release of the library finds them: another one has other files."""
+    spec = find_spec("scipy")
+    return repr(FileStamps.of([Path(spec.origin).with_name("version.py")] if spec and spec.origin else ()).stamps)
 
 
 def hull_surface(points: Floats) -> Surface | None:
