@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache
 from html import escape
-from importlib import resources
 from typing import Any, ClassVar, cast
 
 from mafsil.book.entry import Entry, EntryStatus
@@ -23,6 +22,7 @@ from mafsil.book.figure import figure
 from mafsil.book.remarks import remark
 from mafsil.errors import InputError
 from mafsil.messages import keys, say
+from mafsil.scene.modules import read
 from mafsil.toml_source import parsed_toml
 
 AREA = "book_pages"
@@ -119,8 +119,7 @@ def _title(number: str, language: str | None) -> str:
 
 @cache
 def _pages() -> Mapping[str, Mapping[str, Any]]:
-    text = resources.files("mafsil.book").joinpath("edition.toml").read_text(encoding="utf-8")
-    return cast("Mapping[str, Mapping[str, Any]]", parsed_toml(text))
+    return cast("Mapping[str, Mapping[str, Any]]", parsed_toml(read("book/edition.toml")))
 
 
 def sections() -> list[str]:
