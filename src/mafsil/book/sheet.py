@@ -17,7 +17,7 @@ from zlib import crc32
 import numpy as np
 
 from mafsil.arrays import whole
-from mafsil.book.exercise import AREA, Exercise, exercise, exercises, value_text
+from mafsil.book.exercise import AREA, Exercise, exercise, exercises
 from mafsil.book.judging import FACTORS, NEAR, words_of_choice
 from mafsil.csv_table import read_csv_table
 from mafsil.derivation.html import sentence, steps_html
@@ -30,6 +30,8 @@ from mafsil.whole_file import write_whole
 
 _BUTTONS = ("check", "hint", "save_marks", "print", "other_language")
 _COLUMNS = ("student", "exercise", "seed", "level", "quantity", "answer")
+_PLACE = "\ue000"
+"""Stands for a matrix while a sentence is cut into its runs."""
 _MATRIX = re.compile(r"\[[^\[\];]*;[^\[\]]*\]")
 
 
@@ -260,12 +262,9 @@ def _both(texts: Mapping[str, str]) -> str:
 
 
 def _formulas(text: str, code: str) -> str:
-    """A sentence with its matrices typeset."""
-    pieces, end = list[str](), 0
-    for match in _MATRIX.finditer(text):
-        pieces += [sentence(text[end : match.start()], code), _matrix(match[0])]
-        end = match.end()
-    return "".join([*pieces, sentence(text[end:], code)])
+    """A sentence with its matrices typeset; each stays in the formula that it belongs to."""
+    matrices = iter(_MATRIX.findall(text))
+    return re.sub(_PLACE, lambda _: _matrix(next(matrices)), sentence(_MATRIX.sub(_PLACE, text), code))
 
 
 def _matrix(text: str) -> str:
@@ -299,9 +298,8 @@ def _hints(one: Exercise) -> str:
 
 def _solution(one: Exercise, *, answers: bool) -> str:
     by_language = {code: one.solution(code) for code in LANGUAGES}
-    steps = "".join(
-        f"<li>{_both({c: by_language[c][k] for c in LANGUAGES})}</li>" for k in range(len(by_language["en"]))
-    )
+    count = len(by_language["en"]) - answers  # the results stand above the steps
+    steps = "".join(f"<li>{_both({c: by_language[c][k] for c in LANGUAGES})}</li>" for k in range(count))
     body = f"<ol>{steps}</ol>"
     if one.derivation is not None and not answers:
         derivation = one.derivation()
@@ -311,7 +309,7 @@ def _solution(one: Exercise, *, answers: bool) -> str:
         )
         body += f"<h3>{heading}</h3>{both}"
     if answers:
-        results = _both({c: "; ".join(f"{p.label(c)} = {value_text(p, c)}" for p in one.asked) for c in LANGUAGES})
+        results = _both({c: by_language[c][-1] for c in LANGUAGES})
         return f"<p><strong>{results}</strong></p>{body}"
     title = _both({code: say(f"{AREA}.solution", language=code) for code in LANGUAGES})
     return f'<details class="practice"><summary>{title}</summary>{body}</details>'
