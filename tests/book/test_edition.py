@@ -87,3 +87,23 @@ def test_unknown_sections_and_the_command(capsys: pytest.CaptureFixture[str]) ->
     assert "(1, 3, 0)" in capsys.readouterr().out
     assert main(["book", "figur"]) != 0
     assert "exercise" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("words", "kind", "number"), [
+    ("اليعقوبي", "section", "6.1.1"), ("يعقوبي الفضاء", "section", "6.1.1"), ("يعقوبيّ", "section", "6.1.2"),
+    ("تلوّ", "exercise", "4.4.3 wrench"), ("تلوٍّ", "exercise", "4.4.3 wrench"), ("التلوّيات", "section", "4.4.3"),
+    ("زوايا اويلر", "section", "4.2.3"), ("وزوايا أويلر", "section", "4.2.3"), ("JACOBIAN", "section", "6.1.1"),
+    ("pole", "figure", "4.1"), ("friction", "section", "10.2.1.4"), ("هيئات شاذة", "section", "6.3"),
+])  # fmt: skip
+def test_search_with_and_without_marks_and_article(words: str, kind: str, number: str) -> None:
+    found = mf.book.find(words)
+    assert (kind, number) in [entry[:2] for entry in found]
+    assert all(title for _, _, title in found)
+
+
+def test_search_finds_nothing_where_nothing_is() -> None:
+    assert mf.book.find("") == []
+    assert mf.book.find("quaternion jerk") == []
+    assert mf.book.find("(") == mf.book.find("  ( ")
+    assert main(["book", "find", "zzz"]) != 0
+    assert main(["book", "find", "التلوي"]) == 0

@@ -16,6 +16,7 @@ from mafsil.book.judging import Assessment as Assessment
 from mafsil.book.remarks import Remark as Remark
 from mafsil.book.remarks import remark as remark
 from mafsil.book.remarks import remarks as remarks
+from mafsil.book.search import find as find
 from mafsil.book.sheet import Sheet as Sheet
 from mafsil.book.sheet import collect_marks as collect_marks
 from mafsil.book.sheet import sheet as sheet

@@ -105,12 +105,12 @@ class Asked:
         """Rows of a form that an answer has, each once."""
         width = self.turns.size // self.shape[0]
         rows = list(given.reshape(-1, width)) if given.size % width == 0 else []
-        whole, found = form.reshape(-1, width), list[int]()
+        whole, taken = form.reshape(-1, width), list[int]()
         one = replace(self, shape=(width,), turns=self.turns[:width])
         for row in rows:
-            new = next((k for k, right in enumerate(whole) if k not in found and one.is_like(row, right).all()), None)
-            found += [] if new is None else [new]
-        return found
+            new = next((k for k, right in enumerate(whole) if k not in taken and one.is_like(row, right).all()), None)
+            taken += [] if new is None else [new]
+        return taken
 
 
 def asked(

@@ -25,7 +25,7 @@ _LISTS = {
     "exercise": book_of.exercises,
 }  # fmt: skip
 
-KINDS = (*_OPEN, "sheet", "marks")
+KINDS = (*_OPEN, "sheet", "marks", "find")
 """What the book has, and what is made of its exercises."""
 
 
@@ -46,7 +46,7 @@ def book(
 
     Args:
         what: a section such as `4.2.3`, or one of KINDS; all entries if None.
-        number: as the book has it, of exercises and sheets a section; all of that kind if None.
+        number: as the book has it, of exercises and sheets a section, or words to find; all of that kind if None.
         picture: file for a figure: PNG, SVG or PDF.
         seed, level: of exercises.
         answer: answers to an exercise, `NAME=NUMBERS`.
@@ -71,6 +71,10 @@ def book(
         return _sheets(number or "", drawn_from, difficulty, students, Path(out or "."), exam=exam)
     if what == "marks":
         return _marks(files or [], out)
+    if what == "find":
+        rows = [list(row) for row in book_of.find(number or "")]
+        refusal = None if rows else say("cli.book_not_found", words=number or "")
+        return Answer({"entries": rows}, tuple(_listed(rows)) if rows else (), refusal)
     if what is None or number is None:
         return _entries(what)
     if what == "exercise":
@@ -89,7 +93,11 @@ def _entries(what: str | None) -> Answer:
     kinds = _OPEN if what is None else (what,)
     titles = {kind: {each: _OPEN[kind](each).title for each in _LISTS[kind]()} for kind in kinds}
     rows = [[kind, each, title] for kind, entries in titles.items() for each, title in entries.items()]
-    return Answer(titles, tuple(table([say(f"cli.book_{key}") for key in ("kind", "at", "title")], rows, words=(2,))))
+    return Answer(titles, tuple(_listed(rows)))
+
+
+def _listed(rows: list[list[str]]) -> list[str]:
+    return table([say(f"cli.book_{key}") for key in ("kind", "at", "title")], rows, words=(2,))
 
 
 def _exercise(number: str, seed: int, level: int, answers: Sequence[str], *, solution: bool) -> Answer:
