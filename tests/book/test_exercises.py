@@ -78,6 +78,11 @@ def test_texts_are_read() -> None:
         angle.check({"beta": 1.0})
     assert [verdict.mistake for verdict in angle.check({})] == ["empty", "empty"]
     assert not angle.check("5 3")
+    assert angle.check({"closure": bool(angle.asked[1].value)}).verdicts[1].mistake == ""
+    for given in (object(), [1, "a"], float("nan"), 1j, {1: 2}, "9e999", {"friction_angle": np.inf}):
+        with pytest.raises(InputError):
+            angle.check(given)
+    assert angle.check(None).verdicts[0].mistake == "empty"
 
 
 def _rotation_mistakes(exercise: Exercise) -> Planted:

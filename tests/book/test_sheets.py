@@ -53,7 +53,9 @@ def test_the_page_judges_as_python_does(tmp_path: Path) -> None:
                 noise = part.forms[0] + rng.normal(size=part.forms[0].size)
                 forms = [part.forms[0], part.forms[-1], noise] + ([wrong[1]] if wrong else [])
                 cases += [(part, equivalent_text(part, form, rng)) for form in forms]
-                cases += [(part, text) for text in ("", "نعم", "no", "x", "1", "2 pi/3, ٣٫٥", "1/0", "5 %", "−3")]
+                cases += [
+                    (part, text) for text in ("", "نعم", "no", "x", "1", "2 pi/3, ٣٫٥", "1/0", "5 %", "−3", "9e999")
+                ]
     text = {"rules": RULES, "cases": [(part.page_data(), typed) for part, typed in cases]}
     (tmp_path / "cases.json").write_text(json.dumps(text))
     (tmp_path / "judging.js").write_text((SOURCE / "book" / "judging.js").read_text("utf-8"))

@@ -216,7 +216,7 @@ def exercises(section: str = "") -> list[str]:
     Args:
         section: such as "4" or "4.2".
     """
-    return [number for number in _INDEX.numbers() if not section or _is_of(number, section)]
+    return [number for number in _INDEX.numbers() if not section or _is_of(number, str(section))]
 
 
 def _is_of(number: str, section: str) -> bool:

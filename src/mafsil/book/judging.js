@@ -19,7 +19,7 @@ function number(part, word, rules) {
   const factors = { ...rules.factors[part.unit], ...(part.turns.includes(1) ? rules.factors.rad : {}) };
   if (!found || (!found[2] && !found[3]) || (found[5] && !(found[5] in factors)) || (found[4] && !Number(found[4]))) return null;
   const size = ((Number(found[2] ?? 1) * (found[3] ? Math.PI : 1)) / Number(found[4] ?? 1)) * (found[5] ? factors[found[5]] : 1);
-  return found[1] === "-" ? -size : size;
+  return Number.isFinite(size) ? (found[1] === "-" ? -size : size) : null;
 }
 
 function likeEntries(part, turns, given, form, rules) {

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, real_array
+from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.messages import LANGUAGES, say
 
@@ -269,8 +269,10 @@ def numbers_of(part: Asked, given: Any) -> Floats:
         InputError: a text that cannot be read.
     """
     if not isinstance(given, str):
-        flat = [given] if np.isscalar(given) else [np.ravel(row) for row in given] if len(given) else []
-        return real_array(part.name, np.concatenate([np.ravel(row) for row in flat]) if flat else np.zeros(0))
+        rows = given if isinstance(given, (list, tuple)) else () if given is None else (given,)
+        truth = part.is_choice and isinstance(given, (bool, np.bool_))
+        flat = np.concatenate([np.ravel(float(row) if truth else row) for row in rows]) if len(rows) else np.zeros(0)
+        return require_finite(part.name, real_array(part.name, flat))
     text = given.translate(_DIGITS).strip().lower()
     if part.unit not in FACTORS:
         text = text.replace(part.unit.lower(), " ") if part.unit else text
@@ -292,8 +294,10 @@ def _number(part: Asked, word: str) -> float:
         factors = factors | FACTORS["rad"]
     sign, digits, turn, divisor, unit = match.groups() if match else ("", "", "", "", "?")
     if (not digits and not turn) or (unit and unit not in factors) or (divisor and not float(divisor)):
-        raise InputError("book_exercises.unread", part=say(f"book_exercises.ask_{part.name}"), text=word)
+        raise InputError("book_exercises.unread", part=say(f"book_exercises.ask_{part.name}"), text=word[:80])
     size = float(digits or 1) * (pi if turn else 1.0) / float(divisor or 1) * (factors[unit] if unit else 1.0)
+    if size == np.inf:
+        raise InputError("book_exercises.unread", part=say(f"book_exercises.ask_{part.name}"), text=word[:80])
     return -size if sign == "-" else size
 
 

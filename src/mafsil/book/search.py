@@ -34,6 +34,7 @@ def find(words: str, /) -> list[tuple[str, str, str]]:
     Returns:
         Kind, number and title in the language of the words, those with the words in the title first.
     """
+    words = str(words)
     sought = [_pattern(word) for word in _plain(words).split()]
     code = "ar" if re.search("[\u0600-\u06ff]", words) else "en"
     hits: list[tuple[bool, str, str, str]] = []

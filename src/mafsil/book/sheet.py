@@ -162,7 +162,7 @@ def sheet(
     families = exercises(section)
     if not families:
         exercise(section)
-    seed, count = whole("seed", seed), whole("count", count, least=1, most=100)
+    seed, count, student = whole("seed", seed), whole("count", count, least=1, most=100), str(student)
     own = np.random.default_rng([seed, crc32(student.encode())])
     rounds = (own.permutation(len(families)) for _ in range(-(-count // len(families))))
     order = [families[int(k)] for turn in rounds for k in turn][:count]
