@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache, partial
-from math import log, pi, sqrt
+from math import exp, log, pi, sqrt
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from mafsil.book.exercise import Draw, Task, asks
 from mafsil.book.judging import asked
 from mafsil.derivation import Derivation, derive_dynamics
 from mafsil.model.library.planar import planar2r_point_masses
-from mafsil.one_joint import JointArm, SecondOrder, ki_limit, steady_state_error
+from mafsil.one_joint import ForceLoop, JointArm, SecondOrder, ki_limit, steady_state_error
 from mafsil.one_joint.drives import Gear, matching_ratio
 from mafsil.planning import minkowski_sum
 from mafsil.robot import Robot, as_robot
@@ -120,6 +120,20 @@ def gear(draw: Draw) -> Task:
                   link_reflected=motor + link / ratio**2),
             asked("share", share, link_share=1 - share, quotient=ratio**2 * motor / link),
             asked("ratio", best, root_left_out=link / motor, reciprocal=sqrt(motor / link)),
+        ],
+    )  # fmt: skip
+
+
+@asks("10.3 force loop")
+def force_loop(draw: Draw) -> Task:
+    """Pole and remaining error of PI force control against a rigid wall."""
+    kfp, kfi, t = draw.number(0.2, 3.0), draw.number(2, 20, 1.0), draw.number(0.05, 0.6, 0.05)
+    constant = float(ForceLoop.of(kfp, kfi).time_constant)
+    return Task(
+        {"kfp": kfp, "kfi": kfi, "t": t, "pole": -1 / constant, "share": exp(-t / constant)},
+        [
+            asked("force_pole", -1 / constant, one_left_out=-kfi / kfp, reciprocal=-constant, integral_alone=-kfi),
+            asked("remaining", exp(-t / constant), complement=1 - exp(-t / constant), one_left_out=exp(-t * kfi / kfp)),
         ],
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.book.exercise import Draw, Task, asks
 from mafsil.book.judging import asked
-from mafsil.geometry import Pose, Rotation, ScrewAxis, Wrench
+from mafsil.geometry import Pose, Rotation, ScrewAxis, Twist, Wrench, planar
 from mafsil.grasp import Contact, Grasp, two_fingers
 from mafsil.mobility import gruebler_count
 
@@ -114,6 +114,26 @@ def _longer_way(r: Floats) -> Floats:
 
 def _about(order: str, angles: Floats) -> Floats:
     return np.asarray(Rotation.from_euler(angles, order))
+
+
+@asks("4.1 pole")
+def pole(draw: Draw) -> Task:
+    """The pole of a planar motion."""
+    theta, p = draw.degrees(20, 150), draw.numbers(2, -3, 3, 0.5)
+    t = np.radians(theta)
+
+    def kept(c: float, s: float) -> Floats:
+        return np.linalg.solve([[1 - c, s], [-s, 1 - c]], p)
+
+    T = np.array([[np.cos(t), -np.sin(t), p[0]], [np.sin(t), np.cos(t), p[1]], [0.0, 0.0, 1.0]])
+    x, y, w = planar.pole(T)
+    q = np.array([x, y]) / w
+    return Task(
+        {"theta": theta, "p": p, "matrix": np.eye(2) - T[:2, :2], "q": q},
+        [asked("pole", q, "m", not_inverted=p - T[:2, :2] @ p, rotation_reversed=kept(np.cos(t), -np.sin(t)),
+               middle=p / 2,
+               degrees=kept(np.cos(theta), np.sin(theta)))],
+    )  # fmt: skip
 
 
 @asks("4.2.3 five forms")
@@ -223,6 +243,23 @@ def screw(draw: Draw) -> Task:
         {"w": w, "q": q, "h": h, "cross": -moment, "hw": h * w, "S": S},
         [asked("S", S, cross_order=[*w, *(moment + h * w)], point_as_moment=[*w, *q], no_pitch=[*w, *-moment],
                pitch_sign=[*w, *(-moment - h * w)], pitch_alone=[*w, *(h * w)])],
+    )  # fmt: skip
+
+
+@asks("4.4.2 twist")
+def twist(draw: Draw) -> Task:
+    """The twist of a moving frame in two frames."""
+    w, rate, (T, theta, p) = draw.numbers(3, -2, 2, 0.5), draw.numbers(3, -2, 2, 0.5), _pose(draw)
+    R = T[:3, :3]
+    V_s = np.concatenate([w, rate - np.cross(w, p)])
+    V_b = np.asarray(Twist(V_s).seen_from(Pose(T).inverse()))
+    return Task(
+        {"w": w, "rate": rate, "p": p, "theta": theta, "cross": np.cross(w, p), "V_s": V_s, "V_b": V_b},
+        [
+            asked("V_s", V_s, rate_of_origin=[*w, *rate], cross_order=[*w, *(rate + np.cross(w, p))]),
+            asked("V_b", V_b, transposed=[*(R @ w), *(R @ rate)], not_turned=[*w, *rate],
+                  only_turned=[*(R.T @ w), *(R.T @ V_s[3:])]),
+        ],
     )  # fmt: skip
 
 

@@ -168,6 +168,26 @@ def singular(draw: Draw) -> Task:
     )  # fmt: skip
 
 
+@asks("6.4 ellipse")
+def ellipse(draw: Draw) -> Task | None:
+    """Semi-axes of the velocity ellipse of a planar 2R arm."""
+    lengths, angles = _links(draw, 2), np.array([draw.degrees(), draw.degrees()])
+    J = _point_jacobian(_arm(*lengths), np.radians(angles))
+    axes = np.linalg.svd(J, compute_uv=False)
+    if axes[1] < 0.1:
+        return None
+    column = axes[:, None]
+    return Task(
+        {"L1": lengths[0], "L2": lengths[1], "t1": angles[0], "t2": angles[1], "J": J, "JJ": J @ J.T,
+         "squares": axes**2,
+         "axes": axes},
+        [
+            asked("semi_axes", column, unordered=True, root_left_out=column**2, reciprocal=1 / column),
+            asked("condition", axes[0] / axes[1], root_left_out=(axes[0] / axes[1]) ** 2, reciprocal=axes[1] / axes[0]),
+        ],
+    )  # fmt: skip
+
+
 @asks("7.0 all solutions")
 def all_solutions(draw: Draw) -> Task | None:
     """All configurations of a planar 3R arm for a pose of its tip."""
@@ -201,6 +221,32 @@ def _as_wrist(lengths: tuple[float, ...], T: Floats, phi: float) -> Floats:
     t2 = np.arccos(D) * np.array([1.0, -1.0])
     t1 = np.arctan2(y, x) - np.arctan2(l2 * np.sin(t2), l1 + l2 * np.cos(t2))
     return np.column_stack([t1, t2, phi - t1 - t2])
+
+
+@asks("7.1.1 shoulder and elbow")
+def shoulder_and_elbow(draw: Draw) -> Task | None:
+    """Shoulder and elbow angles of a PUMA arm without offset for a wrist centre."""
+    h, a1, a2 = draw.number(0.3, 0.7), draw.number(0.4, 0.9), draw.number(0.4, 0.9)
+    p = draw.numbers(3, -1, 1)
+    r, s = float(np.hypot(p[0], p[1])), float(p[2] - h)
+
+    def cosine(height: float) -> float:
+        return (r * r + height * height - a1 * a1 - a2 * a2) / (2 * a1 * a2)
+
+    D, low = cosine(s), cosine(float(p[2]))
+    if abs(D) > 0.95:
+        return None
+    first, bend = float(np.arctan2(p[1], p[0])), float(np.arccos(D))
+    wrong = float(np.arctan(p[0] / p[1]))
+    left_out = {"height_left_out": [[np.arccos(low)], [-np.arccos(low)]]} if abs(low) < 1 else {}
+    return Task(
+        {"h": h, "a1": a1, "a2": a2, "p": p, "r": r, "s": s, "D": D, "t1": first, "t3": bend},
+        [
+            asked("theta_1", [[first], [first + pi]], "rad", unordered=True, quotient_inverted=[[wrong], [wrong + pi]]),
+            asked("theta_3", [[bend], [-bend]], "rad", unordered=True, inner_angle=[[pi - bend], [bend - pi]],
+                  sine_for_cosine=[[np.arcsin(D)], [-np.arcsin(D)]], **left_out),
+        ],
+    )  # fmt: skip
 
 
 @asks("7.2 newton")
