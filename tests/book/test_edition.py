@@ -80,6 +80,10 @@ def test_the_table_has_a_row_for_each_section() -> None:
     assert sum(int(row[heads.index("errata")]) for row in rows) >= 78
 
 
+def test_numbers_keep_their_direction_on_arabic_pages() -> None:
+    assert '<bdi dir="ltr">(1, 3, 0)</bdi>' in mf.book.section("4.3.3.3").to_markdown("ar")
+
+
 def test_unknown_sections_and_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(InputError, match=r"4\.2\.3"):
         mf.book.section("4.2.9")

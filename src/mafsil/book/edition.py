@@ -21,7 +21,7 @@ from mafsil.book.exercise import exercise, exercises
 from mafsil.book.figure import figure
 from mafsil.book.remarks import remark
 from mafsil.errors import InputError
-from mafsil.messages import keys, say
+from mafsil.messages import in_sentence, keys, say
 from mafsil.scene.modules import read
 from mafsil.toml_source import parsed_toml
 
@@ -66,11 +66,11 @@ class SectionPage(Entry):
                 case "heading":
                     lines.append(f"## {line}\n")
                 case "formula" | "call":
-                    lines.append(f"`{line}`\n")
+                    lines.append(f"\n`{line}`\n")
                 case "within" | "caption":
-                    lines.append(line + "\n")
+                    lines.append(f"\n{_isolated(line, language)}\n")
                 case _:
-                    lines.append(f"- {line}" + ("\n" if kind == "last" else ""))
+                    lines.append(f"- {_isolated(line, language)}")
         shown = [
             f'<img src="{pictures}/{n}.svg" alt="{escape(_title(n, language))}" loading="lazy">' for n in self.figures
         ]
@@ -95,9 +95,10 @@ class SectionPage(Entry):
         )
         if not self.status.succeeded:
             return [*lines, ("caption", self.status.sentence(language))] if not self.within else lines
-        lines += [("caption" if k == 0 else "fact", line) for k, line in enumerate(rest)]
+        lines += [("caption", line) for line in rest[:1]]
         lines += [("formula", formula) for formula in self.formulas]
         lines += [("call", self.call)] * bool(self.call)
+        lines += [("fact", line) for line in rest[1:]]
         for number in self.figures:
             shown = figure(number)
             lines.append(
@@ -111,6 +112,11 @@ class SectionPage(Entry):
             title = exercise(number).words("title", language)
             lines.append(("exercise", say(f"{AREA}.see_exercise", language=language, number=number, title=title)))
         return lines
+
+
+def _isolated(line: str, language: str | None) -> str:
+    """A line of Markdown whose numbers and formulas keep their direction."""
+    return in_sentence(line, language, "page", words=escape, foreign=escape)
 
 
 def _title(number: str, language: str | None) -> str:
