@@ -79,7 +79,7 @@ def test_texts_are_read() -> None:
     assert [verdict.mistake for verdict in angle.check({})] == ["empty", "empty"]
     assert not angle.check("5 3")
     assert angle.check({"closure": bool(angle.asked[1].value)}).verdicts[1].mistake == ""
-    for given in (object(), [1, "a"], float("nan"), 1j, {1: 2}, "9e999", {"friction_angle": np.inf}):
+    for given in (object(), [1, "a"], [0.5, None], float("nan"), 1j, {1: 2}, "9e999", {"friction_angle": np.inf}):
         with pytest.raises(InputError):
             angle.check(given)
     assert angle.check(None).verdicts[0].mistake == "empty"

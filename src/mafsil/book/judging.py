@@ -269,9 +269,10 @@ def numbers_of(part: Asked, given: Any) -> Floats:
         InputError: a text that cannot be read.
     """
     if not isinstance(given, str):
-        rows = given if isinstance(given, (list, tuple)) else () if given is None else (given,)
+        listed = cast("Sequence[Any]", given) if isinstance(given, (list, tuple)) else [given]
+        rows = () if given is None else listed
         truth = part.is_choice and isinstance(given, (bool, np.bool_))
-        flat = np.concatenate([np.ravel(float(row) if truth else row) for row in rows]) if len(rows) else np.zeros(0)
+        flat = np.concatenate([np.ravel(float(row) if truth else row) for row in rows]) if rows else np.zeros(0)
         return require_finite(part.name, real_array(part.name, flat))
     text = given.translate(_DIGITS).strip().lower()
     if part.unit not in FACTORS:
