@@ -9,7 +9,6 @@ from itertools import islice
 from pathlib import Path
 
 import axe_core_python
-import numpy as np
 import pytest
 
 import mafsil as mf
@@ -156,5 +155,5 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         assert main(["book", "exercise", "9.1.1 particle", "--seed", "3", "--answer", f"force={answer}"]) == code
     assert main(["book", "exercise", "9.1.1 torques", "--solution"]) == 0
     assert main(["book", "exercise", "9.1.1 torques", "--answer", "M"]) != 0
-    assert np.isfinite(value)
+    assert main(["book", "marks"]) != 0
     capsys.readouterr()

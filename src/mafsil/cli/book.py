@@ -139,6 +139,8 @@ def _sheets(section: str, seed: int, level: int, students: str | None, folder: P
 
 def _marks(files: Sequence[str], out: str | None) -> Answer:
     """Points of each student and exercise."""
+    if not files:
+        raise InputError("cli.book_no_files")
     rows = book_of.collect_marks(files)
     if out is not None:
         write_whole(Path(out), marks_csv(rows).encode("utf-8-sig"))
