@@ -1,6 +1,6 @@
-"""Live pages of the site: `mafsil show` of every robot of the library, `mafsil run` of every example job.
+"""Live pages of the site: `mafsil show` of every robot of the library, `mafsil run` of every example job, the book.
 
-They are made after the other pages, each once: one that stands in the folder is kept.
+The first two are made after the other pages, each once: one that stands in the folder is kept.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from tempfile import TemporaryDirectory
 from sphinx.application import Sphinx
 
 import mafsil as mf
+from mafsil.book.edition import section_table
 from mafsil.toml_source import parsed_toml
 
 JOBS = {path.stem: path for path in sorted((Path(__file__).parents[2] / "examples" / "jobs").glob("*.toml"))}
@@ -30,6 +31,7 @@ LIVE = "live"
 def setup(app: Sphinx) -> None:
     """The gallery's cards are written as its page is read; the pages that they open are made at the end."""
     app.connect("source-read", fill_gallery)
+    app.connect("source-read", fill_edition)
     app.connect("build-finished", make_pages)
 
 
@@ -41,6 +43,18 @@ def fill_gallery(app: Sphinx, document: str, source: list[str]) -> None:
         source[0] = source[0].replace("{robots}", robots).replace("{jobs}", jobs)
 
 
+def fill_edition(app: Sphinx, document: str, source: list[str]) -> None:
+    """The pages of the book's sections and their table in the place of `{sections}` and `{table}`."""
+    if document.startswith("book_pages"):
+        code = "ar" if document.endswith(".ar") else "en"
+        pictures = "" if os.environ.get("MAFSIL_SITE_QUICK") else f"{LIVE}/book"
+        head, *rows = (f"| {' | '.join(row)} |" for row in section_table(code))
+        table = "\n".join([head, "|" + "---|" * 7, *rows])
+        pages = (mf.book.section(number) for number in mf.book.sections())
+        text = "\n".join(page.to_markdown(code, pictures) for page in pages if page)
+        source[0] = source[0].replace("{table}", table).replace("{sections}", text)
+
+
 def make_pages(app: Sphinx, failure: Exception | None) -> None:
     """Write the pages that are missing, with a picture of each robot; a job that fails, fails the build."""
     if failure or app.builder.format != "html":
@@ -48,6 +62,9 @@ def make_pages(app: Sphinx, failure: Exception | None) -> None:
     folder = Path(app.outdir) / LIVE
     folder.mkdir(exist_ok=True)
     names = QUICK if os.environ.get("MAFSIL_SITE_QUICK") else (*mf.robots(), *JOBS)
+    (folder / "book").mkdir(exist_ok=True)
+    for number in () if os.environ.get("MAFSIL_SITE_QUICK") else mf.book.figures():
+        mf.book.figure(number).save(folder / "book" / f"{number}.svg")
     for name in names:
         path = folder / f"{name}.html"
         if path.exists():

@@ -28,6 +28,7 @@ VALUES = {
     "DeterminantFactors": "a formula: it can be evaluated, and explains its factors",
     "Displacement": "a value of geometry in other coordinates: kind, axis, angle, advance",
     "Ellipsoid": "a value: axes and lengths of an ellipsoid",
+    "Exercise": "a question of the book; its check answers",
     "Finding": "a part of Report",
     "FrameChoice": "a remark on one frame of a table",
     "FreeBodyDiagram": "a table of wrenches",

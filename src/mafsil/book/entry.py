@@ -26,6 +26,7 @@ class EntryStatus(Status):
     FIXED = ("book.fixed", True)
     REBUILT = ("book.rebuilt", True)
     SCHEMATIC = ("book.schematic", True)
+    MISSING = ("book_pages.no_page", False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -117,9 +117,17 @@ OPERATIONS: tuple[Operation, ...] = (
         "book",
         "mafsil.cli.book:book",
         (
-            Parameter("what", "text", positional=True, choices=("figure", "example", "remark")),
+            Parameter("what", "text", positional=True),
             Parameter("number", "text", positional=True),
             Parameter("picture", "path"),
+            Parameter("seed", "count"),
+            Parameter("level", "count"),
+            Parameter("answer", "text", many=True, metavar="NAME=NUMBERS"),
+            Parameter("solution", "flag"),
+            Parameter("students", "path", reads=True, metavar="FILE.csv"),
+            Parameter("exam", "flag"),
+            Parameter("files", "path", many=True, reads=True, metavar="FILE.csv"),
+            Parameter("out", "path", metavar="FOLDER"),
         ),
     ),
     Operation(

@@ -47,14 +47,18 @@ def to_html(derivation: Derivation, language: str | None = None) -> str:
     code = language_code(language)
     title = say(derivation.key, language=code, robot=derivation.robot)
     tab = escape(in_sentence(title, code))
-    steps = "\n".join(_step(step, code) for step in derivation.steps)
     checked = checked_sentence(derivation, code) if derivation.states else ""
     return (
         f'<!doctype html>\n<html lang="{code}" dir="{direction(code)}">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{tab}</title>\n'
-        f"<style>{_STYLE}</style>\n</head>\n<body>\n<h1>{sentence(title, code)}</h1>\n<ol>\n{steps}\n</ol>\n"
+        f"<style>{_STYLE}</style>\n</head>\n<body>\n<h1>{sentence(title, code)}</h1>\n{steps_html(derivation, code)}\n"
         f'<p class="checked">{sentence(checked, code)}</p>\n</body>\n</html>\n'
     )
+
+
+def steps_html(derivation: Derivation, code: str) -> str:
+    """The steps as a numbered list, for a page that has its own head."""
+    return "<ol>\n" + "\n".join(_step(step, code) for step in derivation.steps) + "\n</ol>"
 
 
 def sentence(text: str, code: str) -> str:

@@ -1,0 +1,182 @@
+"""The edition: for each section of the source a page of idea, formula, example, figure, erratum with its proof.
+
+What stands on a page is declared in `edition.toml`, the words in the catalogue `book_pages`; sections that are only
+named there have no page yet, and say so.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cache
+from html import escape
+from typing import Any, ClassVar, cast
+
+from mafsil.book.entry import Entry, EntryStatus
+from mafsil.book.errata import COUNTEREXAMPLES
+from mafsil.book.example import example
+from mafsil.book.exercise import exercise, exercises
+from mafsil.book.figure import figure
+from mafsil.book.remarks import remark
+from mafsil.errors import InputError
+from mafsil.messages import in_sentence, keys, say
+from mafsil.scene.modules import read
+from mafsil.toml_source import parsed_toml
+
+AREA = "book_pages"
+_COLUMNS = ("section", "page", "figures", "examples", "errata", "exercises", "tests")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SectionPage(Entry):
+    """The page of a section; false where there is none yet. See `Entry` for number, facts and words.
+
+    Attributes:
+        formulas: in the notation of docstrings.
+        call: what computes it.
+        figures, examples, remarks, exercises: numbers of what belongs to it.
+        within: numbers of the sections inside it.
+    """
+
+    AREA: ClassVar[str] = AREA
+    formulas: Sequence[str] = ()
+    call: str = ""
+    figures: Sequence[str] = ()
+    examples: Sequence[str] = ()
+    remarks: Sequence[str] = ()
+    exercises: Sequence[str] = ()
+    within: Sequence[str] = field(default=())
+
+    def explain(self, language: str | None = None) -> str:
+        """The whole page as lines of text, in `en`, `ar` or the current language."""
+        return "\n".join(line for _, line in self._lines(language))
+
+    def to_markdown(self, language: str | None = None, pictures: str = "") -> str:
+        """The page for the site, beginning with its heading.
+
+        Args:
+            language: `en` or `ar`; the current one if None.
+            pictures: folder of the figures' pictures, `NUMBER.svg`; none are shown if empty.
+        """
+        lines: list[str] = []
+        for kind, line in self._lines(language):
+            match kind:
+                case "heading":
+                    lines.append(f"## {line}\n")
+                case "formula" | "call":
+                    lines.append(f"\n`{line}`\n")
+                case "within" | "caption":
+                    lines.append(f"\n{_isolated(line, language)}\n")
+                case _:
+                    lines.append(f"- {_isolated(line, language)}")
+        shown = [
+            f'<img src="{pictures}/{n}.svg" alt="{escape(_title(n, language))}" loading="lazy">' for n in self.figures
+        ]
+        return "\n".join([*lines, "", *(shown if pictures else []), ""])
+
+    @property
+    def errata(self) -> int:
+        """Number of errata on the page: its own, and those of its examples and figures."""
+        entries = [*map(figure, self.figures), *map(example, self.examples), self]
+        return sum(bool(entry.erratum) for entry in entries)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What `Entry` has, and what stands on the page."""
+        names = ("formulas", "call", "figures", "examples", "remarks", "exercises", "within")
+        return super().to_dict() | {name: getattr(self, name) for name in names}
+
+    def _lines(self, language: str | None) -> list[tuple[str, str]]:
+        head, *rest = Entry.explain(self, language).split("\n")
+        lines = [("heading", head)]
+        lines += [("within", say(f"{AREA}.within", language=language, numbers=", ".join(self.within)))] * bool(
+            self.within
+        )
+        if not self.status.succeeded:
+            return [*lines, ("caption", self.status.sentence(language))] if not self.within else lines
+        lines += [("caption", line) for line in rest[:1]]
+        lines += [("formula", formula) for formula in self.formulas]
+        lines += [("call", self.call)] * bool(self.call)
+        lines += [("fact", line) for line in rest[1:]]
+        for number in self.figures:
+            shown = figure(number)
+            lines.append(
+                ("figure", say(f"{AREA}.see_figure", language=language, number=number, title=shown.words("", language)))
+            )
+            wrong = shown.words("erratum", language)
+            lines += [("erratum", say("book.erratum", language=language, text=wrong))] * bool(wrong)
+        entries = [*map(example, self.examples), *map(remark, self.remarks)]
+        lines += [("entry", line) for entry in entries for line in entry.explain(language).split("\n")]
+        for number in self.exercises:
+            title = exercise(number).words("title", language)
+            lines.append(("exercise", say(f"{AREA}.see_exercise", language=language, number=number, title=title)))
+        return lines
+
+
+def _isolated(line: str, language: str | None) -> str:
+    """A line of Markdown whose numbers and formulas keep their direction."""
+    return in_sentence(line, language, "page", words=escape, foreign=escape)
+
+
+def _title(number: str, language: str | None) -> str:
+    return figure(number).words("", language)
+
+
+@cache
+def _pages() -> Mapping[str, Mapping[str, Any]]:
+    return cast("Mapping[str, Mapping[str, Any]]", parsed_toml(read("book/edition.toml")))
+
+
+def sections() -> list[str]:
+    """Numbers of all sections of the source, in its order."""
+    numbers = [key for key in keys("en", AREA) if re.fullmatch(r"\d[\d.]*", key)]
+    return sorted(numbers, key=lambda number: [int(part) for part in number.split(".")])
+
+
+def section(number: str, /) -> SectionPage:
+    """The page of a section of the source.
+
+    Args:
+        number: such as "4.2.3".
+
+    Raises:
+        InputError: the source has no such section.
+    """
+    known, name = sections(), str(number)
+    if name not in known:
+        near = get_close_matches(name, known, n=5, cutoff=0.3) or known[:5]
+        raise InputError(f"{AREA}.unknown", number=name, known=", ".join(near))
+    content = _pages().get(name)
+    within = [other for other in known if other.startswith(name + ".")]
+    if content is None:
+        return SectionPage(name, EntryStatus.MISSING, {}, (), within=within)
+    facts = tuple(COUNTEREXAMPLES[name]()) if name in COUNTEREXAMPLES else ()
+    own = [family for family in exercises(name) if family.split()[0] == name]
+    return SectionPage(name, EntryStatus.FIXED, {}, facts, exercises=own, within=within, **content)
+
+
+def section_table(language: str | None = None) -> list[list[str]]:
+    """A row for each section: its page, figures, examples, errata, exercises and tests, below the heads.
+
+    Args:
+        language: `en` or `ar`; the current one if None.
+    """
+    rows = [[say(f"{AREA}.column_{name}", language=language) for name in _COLUMNS]]
+    for number in sections():
+        page = section(number)
+        rows.append([
+            number, page.words("", language) if page else "-", ", ".join(page.figures) or "-",
+            ", ".join(page.examples) or "-", str(page.errata), ", ".join(page.exercises) or "-", _tests(page),
+        ])  # fmt: skip
+    return rows
+
+
+def _tests(page: SectionPage) -> str:
+    """Files of tests/book that hold the numbers of a page."""
+    chapters = dict.fromkeys("9" if number[0] == "9" else number.split(".")[0] for number in page.figures)
+    files = [f"test_chapter_{max(int(chapter), 2)}_figures" for chapter in chapters]
+    files = ["test_chapter_10_figures" if file == "test_chapter_9_figures" else file for file in files]
+    files += ["test_examples"] * bool(page.examples) + ["test_remarks"] * bool(page.remarks)
+    files += ["test_exercises"] * bool(page.exercises) + ["test_edition"] * bool(page.facts)
+    return ", ".join(dict.fromkeys(files)) or "-"

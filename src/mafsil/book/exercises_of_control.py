@@ -1,0 +1,222 @@
+"""Families of exercises for chapters 9 and 10 and the slides: dynamics, gains, polynomials, blends, obstacles."""
+
+from __future__ import annotations
+
+from functools import cache, partial
+from math import exp, log, pi, sqrt
+
+import numpy as np
+
+from mafsil.book.exercise import Draw, Task, asks
+from mafsil.book.judging import asked
+from mafsil.derivation import Derivation, derive_dynamics
+from mafsil.model.library.planar import planar2r_point_masses
+from mafsil.one_joint import ForceLoop, JointArm, SecondOrder, ki_limit, steady_state_error
+from mafsil.one_joint.drives import Gear, matching_ratio
+from mafsil.planning import minkowski_sum
+from mafsil.robot import Robot, as_robot
+from mafsil.trajectory import cubic as cubic_through
+from mafsil.trajectory import trapezoid
+
+G = 9.81
+ARMS = ((0.5, 0.5, 2.0, 1.0), (0.8, 0.5, 2.0, 1.5), (1.0, 0.8, 3.0, 1.0), (0.6, 1.0, 1.0, 2.0))
+"""Lengths [m] and masses [kg]; few, so that few robots are compiled."""
+
+
+@cache
+def _arm(l1: float, l2: float, m1: float, m2: float) -> Robot:
+    return as_robot(planar2r_point_masses((l1, l2), (m1, m2)))
+
+
+@cache
+def _derived(*arm: float) -> Derivation:
+    return derive_dynamics(_arm(*arm).mechanism)
+
+
+@asks("9.1.1 torques")
+def torques(draw: Draw) -> Task:
+    """Torques of a planar 2R arm with point masses."""
+    arm, angles = draw.choice(ARMS), np.array([draw.degrees(), draw.degrees()])
+    qd, qdd = draw.numbers(2, -2, 2, 0.5), draw.numbers(2, -3, 3, 0.5)
+    robot, q = _arm(*arm), np.radians(angles)
+    M, g = robot.mass_matrix(q), robot.gravity_torque(q)
+    tau = robot.inverse_dynamics(q, qd, qdd)
+    c, (l1, l2, m1, m2) = tau - M @ qdd - g, arm
+    h = m2 * l1 * l2 * np.sin(q[1])
+    return Task(
+        {"l1": l1, "l2": l2, "m1": m1, "m2": m2, "t1": angles[0], "t2": angles[1], "qd": qd, "qdd": qdd, "M": M, "c": c,
+         "gravity": g, "tau": tau},
+        [
+            asked("M", M, last_mass_left_out=M - [[m2 * (l1**2 + l2**2 + 2 * l1 * l2 * np.cos(q[1])), 0], [0, 0]],
+                  sine_cosine=M + m2 * l1 * l2 * (np.sin(q[1]) - np.cos(q[1])) * np.array([[2, 1], [1, 0]])),
+            asked("tau", tau, "N m", no_gravity=tau - g, gravity_sign=tau - 2 * g, no_velocity_terms=tau - c,
+                  velocity_sign=tau - 2 * c, half_coriolis=tau + np.array([h * qd[0] * qd[1], 0.0])),
+        ],
+        partial(_derived, *arm),
+    )  # fmt: skip
+
+
+@asks("9.1.1 particle")
+def particle(draw: Draw) -> Task:
+    """Force that lifts a particle, from its Lagrangian."""
+    m, a = draw.number(0.5, 6.0, 0.5), draw.number(-4, 6, 0.5)
+    return Task(
+        {"m": m, "a": a, "weight": m * G, "f": m * (a + G)},
+        [asked("force", m * (a + G), "N", no_gravity=m * a, gravity_sign=m * (a - G), weight_alone=m * G)],
+    )
+
+
+@asks("10.2.1.1 PD gains")
+def pd_gains(draw: Draw) -> Task | None:
+    """Gains of a PD law from damping ratio and settling time."""
+    M, b = draw.choice((0.2, 0.4, 0.5, 0.8, 1.5, 2.0)), draw.number(0.1, 1.0)
+    zeta, settling = draw.choice((0.5,) if draw.level == 1 else (0.5, 0.6, 0.7, 0.8)), draw.number(0.2, 2.0)
+    w = 4 / (zeta * settling)
+    kp, kd = M * w * w, 2 * zeta * w * M - b
+    loop = SecondOrder.of_joint(M, b + kd, kp)
+    if kd <= 0 or abs(float(loop.damping_ratio) - zeta) > 1e-9:
+        return None
+    return Task(
+        {"M": M, "b": b, "zeta": zeta, "settling": settling, "w": w, "kp": kp, "kd": kd},
+        [
+            asked("kp", kp, frequency_not_squared=M * w, inertia_left_out=w * w,
+                  ratio_left_out=M * (4 / settling) ** 2),
+            asked("kd", kd, friction_left_out=kd + b, friction_added=kd + 2 * b, no_two=zeta * w * M - b),
+        ],
+    )  # fmt: skip
+
+
+@asks("10.2.1.1 rest error")
+def rest_error(draw: Draw) -> Task:
+    """Error at rest of a PD law against gravity, and the bound of Ki."""
+    M, m, r = draw.number(0.2, 0.9), draw.number(0.5, 3.0, 0.5), draw.number(0.1, 0.5)
+    b, kd, kp = draw.number(0.1, 0.5), draw.number(1, 5, 0.5), draw.number(20, 80, 5.0)
+    arm = JointArm.of(M, m, r, b)
+    rest = steady_state_error(kp, arm.gravity_moment, 0.0)
+    e, small, limit = float(rest.error), m * G * r / kp, float(ki_limit(M, b + kd, kp, 0.0, 0.0))
+    return Task(
+        {"M": M, "m": m, "r": r, "b": b, "kd": kd, "kp": kp, "moment": m * G * r, "e": e, "limit": limit},
+        [
+            asked("rest_error", abs(e), "rad", twin=np.negative, no_g=m * r / kp, kp_times=kp * small,
+                  arm_left_out=m * G / kp),
+            asked("ki", limit, damping_without_friction=kd * kp / M, inertia_times=(b + kd) * kp * M,
+                  no_inertia=(b + kd) * kp),
+        ],
+    )  # fmt: skip
+
+
+@asks("10.2.1.5 gear")
+def gear(draw: Draw) -> Task:
+    """Apparent inertia of a geared joint, the motor's share, the matching ratio."""
+    ratio, motor, link = float(draw.choice((5, 10, 20, 50, 100))), draw.number(1, 9, 1.0) * 1e-4, draw.number(0.1, 2.0)
+    train = Gear.of(ratio, motor)
+    apparent, share = float(train.apparent_inertia(link)), float(train.motor_share(link))
+    best = float(matching_ratio(link, motor))
+    return Task(
+        {"G": ratio, "motor": motor, "link": link, "reflected": ratio**2 * motor, "apparent": apparent,
+         "share": share, "best": best},
+        [
+            asked("apparent", apparent, ratio_not_squared=link + ratio * motor, reflected_alone=ratio**2 * motor,
+                  link_reflected=motor + link / ratio**2),
+            asked("share", share, link_share=1 - share, quotient=ratio**2 * motor / link),
+            asked("ratio", best, root_left_out=link / motor, reciprocal=sqrt(motor / link)),
+        ],
+    )  # fmt: skip
+
+
+@asks("10.3 force loop")
+def force_loop(draw: Draw) -> Task:
+    """Pole and remaining error of PI force control against a rigid wall."""
+    kfp, kfi, t = draw.number(0.2, 3.0), draw.number(2, 20, 1.0), draw.number(0.05, 0.6, 0.05)
+    constant = float(ForceLoop.of(kfp, kfi).time_constant)
+    return Task(
+        {"kfp": kfp, "kfi": kfi, "t": t, "pole": -1 / constant, "share": exp(-t / constant)},
+        [
+            asked("force_pole", -1 / constant, one_left_out=-kfi / kfp, reciprocal=-constant, integral_alone=-kfi),
+            asked("remaining", exp(-t / constant), complement=1 - exp(-t / constant), one_left_out=exp(-t * kfi / kfp)),
+        ],
+    )  # fmt: skip
+
+
+@asks("11.1 cubic")
+def cubic(draw: Draw) -> Task:
+    """Coefficients of a cubic from rest to rest, and its greatest velocity."""
+    start, goal, T = draw.degrees(0, 45), draw.degrees(60, 150), draw.number(1, 5, 0.5)
+    path = cubic_through(float(start), float(goal), T)
+    a = np.asarray(path.coefficients).ravel()
+    d, peak = goal - start, abs(float(np.asarray(path.at(T / 2).v).item()))
+    return Task(
+        {"start": start, "goal": goal, "T": T, "d": d, "a2": a[2], "a3": a[3], "peak": peak},
+        [
+            asked("cubic", a, last_sign=a * [1, 1, 1, -1], powers_of_T=[a[0], 0, 3 * d / T, -2 * d / T],
+                  not_shifted=[a[0], 0, 3 * goal / T**2, -2 * goal / T**3]),
+            asked("peak_velocity", peak, "°/s", twin=np.negative, mean_velocity=abs(d) / T, parabola=2 * abs(d) / T),
+        ],
+    )  # fmt: skip
+
+
+@asks("11.2 blend")
+def blend(draw: Draw) -> Task | None:
+    """Blend time of a straight line with parabolic blends, and its velocity."""
+    d, T = float(draw.degrees(20, 120)), draw.number(1, 4, 0.5)
+    a = float(10 * np.ceil(4.4 * abs(d) / T**2 / 10) + 10 * draw.whole(0, 5))
+    plan = trapezoid(0.0, d, acceleration=a, duration=T)
+    root = sqrt(T * T - 4 * abs(d) / a)
+    tb = (T - root) / 2
+    knots = np.asarray(plan.value.knots) if bool(plan) else np.zeros(1)
+    if len(knots) < 3 or abs(knots[1] - tb) > 1e-6:
+        return None
+    return Task(
+        {"d": d, "T": T, "a": a, "root": root, "tb": tb, "v": a * tb},
+        [
+            asked("blend_time", tb, "s", other_root=(T + root) / 2, not_halved=T - root,
+                  factor_four=(T - sqrt(max(T * T - 2 * abs(d) / a, 0.0))) / 2),
+            asked("line_velocity", a * tb, "°/s", twin=np.negative, mean_velocity=abs(d) / T, half_blend=a * tb / 2),
+        ],
+    )  # fmt: skip
+
+
+@asks("11.3 obstacle")
+def obstacle(draw: Draw) -> Task:
+    """The obstacle that a moving triangle makes of a rectangle in its configuration space."""
+    (w, h), (a, b) = draw.numbers(2, 1, 4, 0.5), draw.numbers(2, 0.5, 2, 0.5)
+    block = np.array([[0.0, 0.0], [w, 0.0], [w, h], [0.0, h]])
+    robot = np.array([[0.0, 0.0], [a, 0.0], [0.0, b]])
+    grown = np.asarray(minkowski_sum(block, -robot))
+    x, y = grown.T
+    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    return Task(
+        {"w": w, "h": h, "a": a, "b": b, "vertices": len(grown), "area": area, "block": w * h, "half": a * b / 2,
+         "strip": a * h + b * w},
+        [
+            asked("vertices", len(grown), parallel_edges=7),
+            asked("area", area, "m²", areas_added=w * h + a * b / 2, robot_left_out=w * h + a * h + b * w,
+                  box=(w + a) * (h + b)),
+            asked("least", grown.min(axis=0), "m", not_reflected=[0.0, 0.0]),
+        ],
+    )  # fmt: skip
+
+
+def overshoot_to_damping(share: float) -> float:
+    """Damping ratio of a step response that overshoots by a share."""
+    return -log(share) / sqrt(pi**2 + log(share) ** 2)
+
+
+@asks("10.2.1.1 overshoot")
+def overshoot(draw: Draw) -> Task:
+    """Damping ratio and natural frequency from a measured overshoot and its time."""
+    share, peak = draw.choice((5, 10, 16, 20, 25, 30, 40)), draw.number(0.2, 2.0)
+    zeta = overshoot_to_damping(share / 100)
+    damped = pi / peak
+    w = damped / sqrt(1 - zeta**2)
+    loop = SecondOrder.of(w, zeta)
+    return Task(
+        {"share": share, "peak": peak, "zeta": zeta, "wd": damped, "w": w, "log": log(share / 100),
+         "back": 100 * float(loop.overshoot)},
+        [
+            asked("zeta", zeta, ten_for_e=-log(share / 100) / log(10) / sqrt(pi**2 + (log(share / 100) / log(10)) ** 2),
+                  pi_left_out=-log(share / 100) / pi),
+            asked("natural_frequency", w, "rad/s", damped_frequency=damped, turns_a_second=w / (2 * pi),
+                  whole_period=2 * w),
+        ],
+    )  # fmt: skip
