@@ -40,7 +40,7 @@ ATTRIBUTES: dict[str, str] = {
     **dict.fromkeys(("trapezoidal", "trapveltraj", "lspb", "jtraj"), TRAPEZOID),
     **dict.fromkeys(
         ("with_mass_error", "mass_error", "scale_masses", "with_scaled_masses"),
-        "mf.simulation.Plant(robot).with_scaled_inertia(1.3), a plant whose masses are 30 % larger than the controller knows",
+        "mf.simulation.Plant(robot).with_scaled_inertia(1.3), a plant with 30 % more mass than the controller knows",
     ),
     **dict.fromkeys(
         ("grashof", "grashof_class", "is_grashof"), "mf.mobility.FourBar(crank, coupler, rocker, ground).grashof"

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats
 from mafsil.code_store.folder import code_folder
 from mafsil.code_store.store import FileStore, StoreKind
 
@@ -27,7 +26,7 @@ def digest_of(*parts: str | bytes | NDArray[Any]) -> str:
     return hashed.hexdigest()
 
 
-def kept_array(key: str, compute: Callable[[], Floats]) -> Floats:
+def kept_array(key: str, compute: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
     """The array of a key: as it was kept, else computed and kept.
 
     Args:
