@@ -147,6 +147,8 @@ def test_marks_are_judged_anew(tmp_path: Path) -> None:
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "list.csv").write_text("student\nAli\nAli\nليلى\n", "utf-8")
     assert read_students(tmp_path / "list.csv") == ["Ali", "Ali (2)", "ليلى"]
+    (tmp_path / "bare.csv").write_text("ليلى\nSam\n", "utf-8")
+    assert read_students(tmp_path / "bare.csv") == ["ليلى", "Sam"]
     arguments = ["--seed", "7", "--students", str(tmp_path / "list.csv"), "--out", str(tmp_path / "class")]
     assert main(["book", "sheet", "2.2", *arguments]) == 0
     assert len(list((tmp_path / "class").glob("*.answers.html"))) == 3

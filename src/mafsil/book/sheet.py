@@ -172,16 +172,17 @@ def sheet(
 
 
 def read_students(path: str | PathLike[str]) -> list[str]:
-    """Names of a class, each once: the column `student` or `name` of a CSV file, else its first column.
+    """Names of a class, each once: the column `student` or `name` of a CSV file; without either its first cells.
 
-    Of those who have the same name the second becomes `NAME (2)`.
+    Of those who have the same name the second becomes `NAME (2)`. A first line without such a column is a student's.
 
     Raises:
         FileError: a file that cannot be read.
     """
     table = read_csv_table(path, fewest=1)
     column = table.column("student", "name", "الاسم", "الطالب")
-    names = [row[column or 0].strip() for row in table.rows if row[column or 0].strip()]
+    rows = table.rows if column is not None else [table.heads, *table.rows]
+    names = [row[column or 0].strip() for row in rows if row[column or 0].strip()]
     before = [names[:k].count(name) for k, name in enumerate(names)]
     return [f"{name} ({k + 1})" if k else name for name, k in zip(names, before, strict=True)]
 
