@@ -98,7 +98,11 @@ class Sheet:
     def _section(self, k: int, *, answers: bool) -> str:
         one = self.exercises[k]
         place = {"k": k + 1, "section": one.number.split()[0]}
-        name = {c: say(f"{AREA}.sheet_heading", language=c, title=one.words("title", c), **place) for c in LANGUAGES}
+        titles = {c: one.words("title", c) for c in LANGUAGES}
+        name = {
+            c: say(f"{AREA}.sheet_heading", language=c, title=title[:1].upper() + title[1:], **place)
+            for c, title in titles.items()
+        }
         parts = [
             f'<h2 id="title-{k}">{_both(name)}</h2>',
             f"<p>{_both({c: one.words('text', c) for c in LANGUAGES})}</p>",
