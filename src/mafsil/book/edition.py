@@ -68,9 +68,9 @@ class SectionPage(Entry):
                 case "formula" | "call":
                     lines.append(f"\n`{line}`\n")
                 case "within" | "caption":
-                    lines.append(f"\n{_isolated(line, language)}\n")
+                    lines.append(f"\n{_isolate(line, language)}\n")
                 case _:
-                    lines.append(f"- {_isolated(line, language)}")
+                    lines.append(f"- {_isolate(line, language)}")
         shown = [
             f'<img src="{pictures}/{n}.svg" alt="{escape(_title(n, language))}" loading="lazy">' for n in self.figures
         ]
@@ -114,7 +114,7 @@ class SectionPage(Entry):
         return lines
 
 
-def _isolated(line: str, language: str | None) -> str:
+def _isolate(line: str, language: str | None) -> str:
     """A line of Markdown whose numbers and formulas keep their direction."""
     return in_sentence(line, language, "page", words=escape, foreign=escape)
 

@@ -141,7 +141,7 @@ class Exercise:
 
     def hints(self, language: str | None = None) -> list[str]:
         """Hints, each saying more than the one before; the last is the first step of the solution."""
-        return [*self._numbered("hint", language), *self._numbered("step", language)[:1]]
+        return [*self._number_lines("hint", language), *self._number_lines("step", language)[:1]]
 
     def solution(self, language: str | None = None) -> list[str]:
         """The steps of the full solution, and the results."""
@@ -149,7 +149,7 @@ class Exercise:
             say(f"{AREA}.result", language=language, name=part.label(language), value=value_text(part, language))
             for part in self.asked
         ]
-        return [*self._numbered("step", language), clauses(results, language)]
+        return [*self._number_lines("step", language), clauses(results, language)]
 
     def derive(self, language: str | None = None) -> str:
         """The general solution in letters, every line compared with the compiled robot; empty where there is none."""
@@ -190,7 +190,7 @@ class Exercise:
     def _repr_html_(self) -> str:
         return "".join(f'<div dir="{direction()}">{escape(line)}</div>' for line in self.explain().split("\n"))
 
-    def _numbered(self, part: str, language: str | None) -> list[str]:
+    def _number_lines(self, part: str, language: str | None) -> list[str]:
         texts = (self.words(f"{part}{k}", language) for k in range(1, 9))
         return [text for text in texts if text]
 

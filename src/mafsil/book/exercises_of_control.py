@@ -29,7 +29,7 @@ def _arm(l1: float, l2: float, m1: float, m2: float) -> Robot:
 
 
 @cache
-def _derived(*arm: float) -> Derivation:
+def _derivation(*arm: float) -> Derivation:
     return derive_dynamics(_arm(*arm).mechanism)
 
 
@@ -52,7 +52,7 @@ def torques(draw: Draw) -> Task:
             asked("tau", tau, "N m", no_gravity=tau - g, gravity_sign=tau - 2 * g, no_velocity_terms=tau - c,
                   velocity_sign=tau - 2 * c, half_coriolis=tau + np.array([h * qd[0] * qd[1], 0.0])),
         ],
-        partial(_derived, *arm),
+        partial(_derivation, *arm),
     )  # fmt: skip
 
 

@@ -27,7 +27,7 @@ def _arm(*lengths: float) -> Robot:
 
 
 @cache
-def _derived(name: str, *lengths: float) -> Derivation:
+def _derivation(name: str, *lengths: float) -> Derivation:
     return _arm(*lengths).derive(name)
 
 
@@ -105,7 +105,7 @@ def planar_arm(draw: Draw) -> Task:
                   degrees=_tip(L, raw)),
             asked("phi", np.radians(at[2]), "rad", last_angle=q[2]),
         ],
-        partial(_derived, "fk", *lengths),
+        partial(_derivation, "fk", *lengths),
     )  # fmt: skip
 
 
@@ -134,7 +134,7 @@ def jacobian(draw: Draw) -> Task:
             asked("v", J @ rates, transposed=J.T @ rates, last_link_left_out=one @ rates,
                   rates_swapped=J @ rates[::-1]),
         ],
-        partial(_derived, "jacobian", *lengths),
+        partial(_derivation, "jacobian", *lengths),
     )  # fmt: skip
 
 
@@ -208,7 +208,7 @@ def all_solutions(draw: Draw) -> Task | None:
         [asked("solutions", rows, "rad", unordered=True, inner_angle=np.column_stack([rows[:, 0], inner, rows[:, 2]]),
                quadrant=tangent, last_angle=np.column_stack([rows[:, :2], [phi, phi]]),
                tip_for_wrist=_as_wrist(lengths, T, phi))],
-        partial(_derived, "ik", *lengths),
+        partial(_derivation, "ik", *lengths),
     )  # fmt: skip
 
 

@@ -74,7 +74,7 @@ def book(
     if what == "find":
         rows = [list(row) for row in book_of.find(number or "")]
         refusal = None if rows else say("cli.book_not_found", words=number or "")
-        return Answer({"entries": rows}, tuple(_listed(rows)) if rows else (), refusal)
+        return Answer({"entries": rows}, tuple(_list_lines(rows)) if rows else (), refusal)
     if what is None or number is None:
         return _entries(what)
     if what == "exercise":
@@ -93,10 +93,10 @@ def _entries(what: str | None) -> Answer:
     kinds = _OPEN if what is None else (what,)
     titles = {kind: {each: _OPEN[kind](each).title for each in _LISTS[kind]()} for kind in kinds}
     rows = [[kind, each, title] for kind, entries in titles.items() for each, title in entries.items()]
-    return Answer(titles, tuple(_listed(rows)))
+    return Answer(titles, tuple(_list_lines(rows)))
 
 
-def _listed(rows: list[list[str]]) -> list[str]:
+def _list_lines(rows: list[list[str]]) -> list[str]:
     return table([say(f"cli.book_{key}") for key in ("kind", "at", "title")], rows, words=(2,))
 
 

@@ -79,7 +79,7 @@ class FlexibleArm:
                 advance = 1.0 if joint.kind is JointKind.PRISMATIC else joint.pitch
                 B = B.copy()
                 B[:, own] += np.concatenate([rotation, advance * (T[:3, :3] @ joint.axis)])
-            _add_body(M, load, B, _turned(self._rigid[k], T[:3, :3]), g)
+            _add_body(M, load, B, _turn(self._rigid[k], T[:3, :3]), g)
             tube, end = self._tubes[k], T[:3, :3] @ self._ends[k]
             if tube is None:
                 B = _carry(end) @ B
@@ -96,7 +96,7 @@ class FlexibleArm:
                 load += both.T @ heavy @ np.tile([*np.zeros(3), *g], 2)
                 B = after
         tip = poses[len(mechanism.joints)][:3, :3] @ mechanism.T_lt[:3, :3]
-        _add_body(M, load, B, _turned(self._tip, tip), g)
+        _add_body(M, load, B, _turn(self._tip, tip), g)
         return K, M, load, B
 
     def deflection(self, q: ArrayLike, wrench: ArrayLike = (0.0,) * 6) -> Floats:
@@ -183,7 +183,7 @@ def _rest(inertial: Inertial | None, tube: Tube | None, end: Floats) -> Floats:
     return RigidBody(inertial_of(total)).spatial_inertia if total[0] > 0.0 else np.zeros((6, 6))
 
 
-def _turned(G: Floats, R: Floats) -> Floats:
+def _turn(G: Floats, R: Floats) -> Floats:
     both = np.kron(np.eye(2), R)
     return both @ G @ both.T
 

@@ -217,7 +217,7 @@ class _Search:
     def _look(self, rows: Floats) -> tuple[Floats, Floats]:
         """(D, goals) to be made small, and (D,) how far limits are broken, of designs (D, free)."""
         low, high = np.array(self.bounds).T
-        designs = [self.arm.at(**self._named(np.clip(row, low, high))) for row in rows]
+        designs = [self.arm.at(**self._name_values(np.clip(row, low, high))) for row in rows]
         measured, _ = measure_designs(designs, self.tasks, self.names, seed=self.seed, starts=self.starts)
         f = self.signs * np.stack([measured[name] for name in self.goals], axis=1)
         excess = 1.0 - measured["reached"]
@@ -229,7 +229,7 @@ class _Search:
         self.excess = np.concatenate([self.excess, excess])
         return f, excess
 
-    def _named(self, row: Floats) -> dict[str, float]:
+    def _name_values(self, row: Floats) -> dict[str, float]:
         return dict(zip(self.arm.free, cast("list[float]", row.tolist()), strict=True))
 
     def front(self) -> Front:
@@ -241,7 +241,7 @@ class _Search:
         return Front(self.goals, tuple(proved), len(self.x))
 
     def _prove(self, row: Floats, f: Floats) -> FrontPoint:
-        values = self._named(row)
+        values = self._name_values(row)
         design = self.arm.at(**values)
         _, q = measure_designs([design], self.tasks, ("reached",), seed=self.seed, starts=self.starts)
         judged = evaluate(design, self.tasks, q0=cast("JointVector", q[0]), seed=self.seed)

@@ -290,7 +290,7 @@ def _efforts(plan: Plan, t: Floats, state: tuple[Floats, Floats, Floats]) -> tup
     return model, payload
 
 
-def _proved(columns: dict[str, Floats], y: Floats) -> tuple[dict[str, Floats], float]:
+def _prove_causes(columns: dict[str, Floats], y: Floats) -> tuple[dict[str, Floats], float]:
     """What is fitted to each cause without which twice as much would be left, and the share that is left with all."""
     fits, left = dict[str, Floats](), dict[str, float]()
     for name in ("", *columns):
@@ -330,7 +330,7 @@ def _tracking(robot: Robot, laid: _Laid) -> list[Remark]:
     """Joints that the log has elsewhere than the plan: by a zero offset, later than others, or yielding to efforts."""
     remarks: list[Remark] = []
     for k, (columns, off) in enumerate(_errors_of_joints(laid)):
-        fit, left = _proved(columns, off) if columns else ({}, 1.0)
+        fit, left = _prove_causes(columns, off) if columns else ({}, 1.0)
         if left > EXPLAINED:
             continue
         name, angular = visible(robot.joint_names[k]), bool(robot.mechanism.angular[k])
@@ -354,7 +354,7 @@ def _causes(laid: _Laid, tau: Floats, model: Floats, payload: Floats) -> list[Re
         return []
     dry = np.tanh(laid.rates / SMOOTH)
     friction = np.concatenate([laid.rates[:, :, None] * own, dry[:, :, None] * own], axis=2).reshape(len(y), -1)
-    fits, left = _proved({"friction": friction, "payload": payload.reshape(-1, 1)}, y)
+    fits, left = _prove_causes({"friction": friction, "payload": payload.reshape(-1, 1)}, y)
     if left > EXPLAINED:
         return [Remark("warning", "job.log_unknown", {"left": quantity(left, "share")})]
     mass = float(fits["payload"][0]) if "payload" in fits else 0.0

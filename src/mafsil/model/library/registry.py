@@ -97,13 +97,13 @@ def load(name: str, **dimensions: ArrayLike) -> Mechanism:
     if known is None:
         raise ModelError("library.unknown", name=name, close=", ".join(close_names(name) or robots()))
     if not dimensions:
-        return _described(known)
+        return _describe(known)
     maker = ROBOTS[known]
     return maker(**{key: _dimension(maker, key, value) for key, value in dimensions.items()})
 
 
 @cache
-def _described(name: str) -> Mechanism:
+def _describe(name: str) -> Mechanism:
     """With the default dimensions: one description for all who name it, which keeps what was compiled for it."""
     return ROBOTS[name]()
 
