@@ -131,10 +131,11 @@ class Browser:
         )
         return (found[0], found[1], found[2], found[3])
 
-    def mouse(self, kind: str, x: float, y: float, *, buttons: int = 0) -> None:
-        """A pointer event: `mousePressed`, `mouseMoved`, `mouseReleased`."""
+    def mouse(self, kind: str, x: float, y: float, *, buttons: int = 0, modifiers: int = 0) -> None:
+        """A pointer event: `mousePressed`, `mouseMoved`, `mouseReleased`; modifiers as of `key`."""
         button = "none" if kind == "mouseMoved" and not buttons else "left"
-        self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=buttons, clickCount=1)
+        event = {"type": kind, "x": x, "y": y, "button": button, "buttons": buttons, "modifiers": modifiers}
+        self._call("Input.dispatchMouseEvent", **event, clickCount=1)
 
     def click(self, selector: str) -> None:
         """Press and release in the middle of an element, once it no longer moves."""
@@ -143,13 +144,13 @@ class Browser:
         self.mouse("mousePressed", x, y, buttons=1)
         self.mouse("mouseReleased", x, y)
 
-    def drag(self, start: tuple[float, float], end: tuple[float, float], steps: int = 8) -> None:
-        """Press at one place, move in steps, release at another."""
-        self.mouse("mousePressed", *start, buttons=1)
+    def drag(self, start: tuple[float, float], end: tuple[float, float], steps: int = 8, *, modifiers: int = 0) -> None:
+        """Press at one place, move in steps, release at another; modifiers as of `key`."""
+        self.mouse("mousePressed", *start, buttons=1, modifiers=modifiers)
         for k in range(1, steps + 1):
             x, y = (a + (b - a) * k / steps for a, b in zip(start, end, strict=True))
-            self.mouse("mouseMoved", x, y, buttons=1)
-        self.mouse("mouseReleased", *end)
+            self.mouse("mouseMoved", x, y, buttons=1, modifiers=modifiers)
+        self.mouse("mouseReleased", *end, modifiers=modifiers)
 
     def key(self, name: str, *, modifiers: int = 0) -> None:
         """Press a key and let it go; modifiers: 2 control, 8 shift."""

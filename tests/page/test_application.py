@@ -169,3 +169,67 @@ def test_the_studio_opens_a_job_with_its_scene_which_follows_the_text(browser: B
         assert [move.pose.position for move in parse_job(text).move if move.name == "set down"] == [tuple(after)]
         browser.wait(f"document.getElementById('job').value === {json.dumps(text)}")
         studio.server.shutdown()
+
+
+HANDLE = """((kind, axis, share) => {
+  const { stage } = mafsil, { camera, width, height } = stage, { T } = stage.drag.place(), at = [T[3], T[7], T[11]];
+  const pixel = camera.reach(camera.project(at, width, height).depth, height), way = (k, far) => [0, 1, 2].map((r) => T[4 * r + k] * far * pixel);
+  const sum = (...all) => all.reduce((a, b) => a.map((x, r) => x + b[r]));
+  const on = (far) => (kind === "shift" ? sum(at, way(axis, 84 * far)) : sum(at, way((axis + 1) % 3, 62 * Math.cos(far)), way((axis + 2) % 3, 62 * Math.sin(far))));
+  return [share, share + 0.4].map(on).map((point) => camera.project(point, width, height)).map(({ x, y }) => [x, y]);
+})"""  # noqa: E501
+
+
+def test_arrows_and_rings_lead_the_tool_along_and_about_its_axes(browser: Browser, ur5e: Path) -> None:
+    browser.resize(1280, 800)
+    browser.load(ur5e)
+    left, top, _, _ = browser.box("#scene")
+    robot = mf.load("ur5e")
+    for kind, axis, share in (("shift", 0, 0.7), ("shift", 2, 0.7), ("turn", 1, 0.9), ("turn", 2, 2.2)):
+        for snaps in (False, True):
+            browser.ask("mafsil.store.do('set_joints', { values: mafsil.data.settings.start })")
+            before = np.reshape(browser.ask("mafsil.stage.drag.place().T"), (4, 4))
+            (x, y), (u, v) = browser.ask(f"{HANDLE}('{kind}', {axis}, {share})")
+            browser.mouse("mouseMoved", left + x + 1, top + y)
+            browser.mouse("mouseMoved", left + x, top + y)
+            assert browser.ask("[mafsil.stage.handle?.kind, mafsil.stage.handle?.axis]") == [kind, axis]
+            browser.drag((left + x, top + y), (left + u, top + v), modifiers=8 if snaps else 0)
+            assert browser.ask("mafsil.store.journal.at(-1).do") == "reach"
+            T = np.asarray(robot.fk(browser.ask("mafsil.store.state.q")))
+            shift, turn = before[:3, :3].T @ (T[:3, 3] - before[:3, 3]), before[:3, :3].T @ T[:3, :3]
+            along = np.eye(3)[axis]
+            angle = np.arctan2(
+                along @ [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]] / 2,
+                (np.trace(turn) - 1) / 2,
+            )
+            way, step = (shift[axis], 0.005) if kind == "shift" else (angle, np.pi / 36)
+            assert way > 3 * step
+            assert np.abs(shift - (way * along if kind == "shift" else 0)).max() < 2e-6
+            assert np.abs(turn @ along - along).max() < 1e-8
+            if snaps:
+                assert way / step == pytest.approx(round(way / step), abs=1e-3)
+    assert browser.ask("mafsil.store.journal.length") <= 17
+
+
+def test_limits_are_drawn_at_the_joint_that_is_touched(browser: Browser, ur5e: Path) -> None:
+    """The arc lies about the axis of the joint, whose needle meets its middle where the joint is in the middle."""
+    browser.load(ur5e)
+    robot = mf.load("ur5e")
+    q = robot.home + 0.3
+    browser.ask(f"mafsil.store.do('set_joints', {{ values: {q.tolist()} }})")
+    drawn = browser.ask("mafsil.stage.items().length")
+    for k in range(robot.n):
+        left, top, width, height = browser.settled_box(f"#view-joints .joint:nth-of-type({k + 1})")
+        browser.mouse("mouseMoved", left + width / 2, top + height / 2)
+        assert browser.ask("mafsil.store.shown.touched") == k
+        items = browser.ask("mafsil.stage.items().filter(one => one.over).map(one => Array.from(one.model))")
+        assert browser.ask("mafsil.stage.items().length") == drawn + len(items)
+        middles = np.array(items)[:, 12:15]
+        link = robot.mechanism.joints.index(robot.mechanism.coordinates[k]) + 1
+        T = np.asarray(robot.link_poses(q))[link]
+        axis = T[:3, :3] @ robot.mechanism.coordinates[k].axis
+        assert np.abs((middles - T[:3, 3]) @ axis).max() < 1e-6
+    browser.mouse("mouseMoved", 600, 400)
+    assert browser.ask("mafsil.store.shown.touched") == -1
+    browser.ask("mafsil.store.show({ loads: true })")
+    assert browser.ask("mafsil.stage.items().some(one => one.over)")

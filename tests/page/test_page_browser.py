@@ -480,7 +480,7 @@ def test_the_loop_is_plotted(browser: Browser, pages: Path) -> None:
     browser.ask("document.getElementById('plot-values').click()")
     settle(browser)
     seen = browser.ask(
-        "(() => { const c = document.querySelector('.plot');"
+        "(() => { const c = document.querySelector('.curves');"
         " const pixels = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
         " return new Set(new Uint32Array(pixels.buffer)).size; })()"
     )

@@ -76,10 +76,26 @@ export class App {
     return UNITS[prismatic ? this.store.shown.length : this.store.shown.angle];
   }
 
+  /**
+   * A unit as it is written now: how many there are in one, for a curve of a plot.
+   *
+   * @param {string} unit  such as "rad/s", or "rad, m" for joints of both kinds
+   * @param {number} curve  whose number is that of a joint
+   */
+  scale(unit, curve) {
+    const parts = unit.split(", ").map((part) => {
+      const [, base, rest = ""] = /^(rad|m)(\/s)?$/.exec(part) ?? [], { factor, sign } = base ? this.unit(base === "m") : { factor: 1, sign: part };
+      return { factor, sign: sign + rest };
+    });
+    const { factor } = parts[Number(parts.length > 1 && Boolean(this.data.robot.joints[curve]?.prismatic))];
+    return { factor, sign: parts.map(({ sign }) => sign).join(", ") };
+  }
+
   /** All numbers in other units. */
   measure(units) {
     this.store.show(units);
     this.mount();
+    for (const one of this.joined) one.spoken?.();
   }
 
   /** The address of this state, to be sent to somebody. */
@@ -156,7 +172,7 @@ export class App {
 
   /**
    * Something beside the cards: its time passes and it is brought up to date with every picture, where another language
-   * was chosen it is called, and it adds to what is drawn.
+   * or unit was chosen it is called, and it adds to what is drawn.
    *
    * @param {{tick?: (app: App, now: number) => boolean, update?: () => void, spoken?: () => void,
    *          items?: (stage: Stage) => object[]}} one

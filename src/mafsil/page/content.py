@@ -16,7 +16,7 @@ from mafsil.messages import LANGUAGES, direction
 from mafsil.messages.catalogue import keys, template
 from mafsil.messages.isolates import runs
 from mafsil.messages.visible import visible
-from mafsil.model import JointKind
+from mafsil.model import Joint, JointKind, Mechanism
 from mafsil.model.dh_from_axes import dh_from_mechanism
 from mafsil.page.arm import Arm
 from mafsil.page.session import action_arguments
@@ -57,7 +57,7 @@ def content(
             "masses": [float(link.inertial.mass) if link.inertial else 0.0 for link in robot.mechanism.links],
             "loops": [visible(loop.name) for loop in robot.mechanism.loops],
             "gravity": np.asarray(robot.mechanism.gravity).tolist(),
-            "joints": [{"name": visible(j.name), "prismatic": j.kind is JointKind.PRISMATIC} for j in joints],
+            "joints": [_joint(robot.mechanism, joint) for joint in joints],
         },
         "actions": action_arguments(),
         "settings": arm.settings,
@@ -66,6 +66,12 @@ def content(
         "dh": dh_table(arm),
         "scene": _scene(arm) if scene is None else dict(scene),
     }
+
+
+def _joint(mechanism: Mechanism, joint: Joint) -> dict[str, Any]:
+    """A joint for the scripts: the place of its link in the list, and its axis in the frame of that link."""
+    moves = {"name": visible(joint.name), "prismatic": joint.kind is JointKind.PRISMATIC}
+    return moves | {"link": mechanism.joints.index(joint) + 1, "axis": np.asarray(joint.axis).tolist()}
 
 
 def _compress(code: bytes) -> str:

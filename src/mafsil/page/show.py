@@ -8,8 +8,10 @@ import webbrowser
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.messages import language as current_language
 from mafsil.model import Mechanism, library
 from mafsil.model.loading import RobotLike
@@ -20,6 +22,21 @@ from mafsil.robot import Robot, as_open_tree
 from mafsil.scene.inline import attribute
 from mafsil.whole_file import write_whole
 
+if TYPE_CHECKING:
+    import mafsil.mobility as mobility
+    import mafsil.mobility.linkages.mechanism_linkage as mechanism_linkage
+    import mafsil.parallel as parallel
+    import mafsil.parallel.legs.described as described
+else:
+    mobility = lazily("mafsil.mobility")
+    mechanism_linkage = lazily("mafsil.mobility.linkages.mechanism_linkage")
+    parallel = lazily("mafsil.parallel")
+    described = lazily("mafsil.parallel.legs.described")
+
+Closed: TypeAlias = (
+    "mobility.Linkage | mobility.FourBar | parallel.StewartPlatform | parallel.DeltaRobot | parallel.LegMechanism"
+)
+"""What closes loops and is no description yet."""
 HEIGHT = 720
 """Of the page in a notebook [pixels]."""
 
@@ -73,7 +90,9 @@ class Page:
         return f'<iframe sandbox="{allowed}" style="{style}" srcdoc="{attribute(self.html)}"></iframe>'
 
 
-def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str | os.PathLike[str]] = ()) -> Page:
+def show(
+    robot: RobotLike | Closed, *, language: str | None = None, views: Sequence[str | os.PathLike[str]] = ()
+) -> Page:
     """The arm with sliders, all branches, its Jacobian, its loads and a closed loop, to be moved in a browser.
 
     In a notebook the page appears under the cell; `show(robot).open()` shows it in the browser,
@@ -81,14 +100,15 @@ def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str |
     `mafsil.page.Session` repeats to the same bits.
 
     Args:
-        robot: any robot; a name or a file. Its numbers stand readable in the page.
+        robot: any robot; a name or a file; a linkage of `mafsil.mobility`, a Stewart platform, a Delta robot or legs of
+            `mafsil.parallel`. Its numbers stand readable in the page.
         language: `en` or `ar`; the current one if None.
         views: files with views of your own, one each (docs/adding_a_view.md); their script runs in the page.
 
     Raises:
         ModelError: a robot without joints.
     """
-    found = as_open_tree(robot)
+    found = as_open_tree(_description(robot))
     return Page(found, language or current_language(), _python(robot, found), _absolute(views))
 
 
@@ -103,7 +123,18 @@ def show_as(mechanism: Mechanism, source: str, views: Sequence[str | os.PathLike
     return Page(as_open_tree(mechanism), current_language(), repr(source), _absolute(views))
 
 
-def _python(given: RobotLike, robot: Robot) -> str:
+def _description(robot: RobotLike | Closed) -> RobotLike:
+    """What describes a robot: a linkage or a platform on legs becomes a tree with loops."""
+    if isinstance(robot, str | os.PathLike) or hasattr(robot, "mechanism") or isinstance(robot, Mechanism):
+        return cast("RobotLike", robot)
+    if isinstance(robot, parallel.StewartPlatform | parallel.DeltaRobot | parallel.LegMechanism):
+        return described.mechanism_of_parallel(robot, type(robot).__name__)
+    if isinstance(robot, mobility.Linkage | mobility.FourBar):
+        return mobility.mechanism_of(mechanism_linkage.as_linkage(robot))
+    return robot
+
+
+def _python(given: RobotLike | Closed, robot: Robot) -> str:
     """The expression for scripts: what was given as text, a name of the library, else a name to be filled in."""
     if isinstance(given, str | os.PathLike):
         return repr(os.fspath(given))

@@ -46,12 +46,13 @@ export class Player {
 
   /** Duration of the replay [s]. */
   get end() {
-    return (this.replay && lengthOf(this.replay.first)) || 1e-9;
+    return (this.replay && (this.replay.first.duration ?? lengthOf(this.replay.first))) || 1e-9;
   }
 
   /** Something else stands around the arm. @param {object} around  as a page carries it */
   surround(around) {
-    this.scenery = new Scenery(this.app.stage.figure, around, this.app.stage.kind === "flat");
+    const { planned } = this.scenery ?? {};
+    this.scenery = Object.assign(new Scenery(this.app.stage.figure, around, this.app.stage.kind === "flat"), { planned });
     this.app.tree.speak();
     if (this.app.stage.framed) this.app.stage.frame();
     this.app.draw();

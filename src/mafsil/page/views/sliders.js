@@ -29,7 +29,8 @@ view({
       };
       const field = element("input", { type: "number", step: "any", dir: "ltr", "aria-label": `${joint.name} [${sign}]`, onchange: typed, onblur: () => { field.removeAttribute("aria-invalid"); app.draw(); } });
       const name = isolated(joint.name, { class: "name", title: joint.name }), passive = driven && !driven.includes(k);
-      const row = element("div", { class: "joint" }, name, ...(passive ? [value] : [field, range, isolated(bounds, { class: "soft" })]));
+      const touch = (touched) => () => store.show({ touched });
+      const row = element("div", { class: "joint", onpointerenter: touch(k), onpointerleave: touch(-1), onfocusin: touch(k), onfocusout: touch(-1) }, name, ...(passive ? [value] : [field, range, isolated(bounds, { class: "soft" })]));
       (passive ? followers : place).append(row);
       return { row, range, field, value, sign, factor, digits: digits + 2 };
     });
