@@ -215,7 +215,7 @@ def test_limits_are_drawn_at_the_joint_that_is_touched(browser: Browser, ur5e: P
     """The arc lies about the axis of the joint, whose needle meets its middle where the joint is in the middle."""
     browser.load(ur5e)
     robot = mf.load("ur5e")
-    q = robot.home + 0.3
+    q = np.array([0.3, -1.2, 1.1, -1.4, 0.5, 0.2])
     browser.ask(f"mafsil.store.do('set_joints', {{ values: {q.tolist()} }})")
     drawn = browser.ask("mafsil.stage.items().length")
     for k in range(robot.n):

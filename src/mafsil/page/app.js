@@ -14,6 +14,7 @@ const SMOOTHING = 0.1;
 const KEPT = 500; // ms after which what a reload comes back to is kept
 const TABS = ["move", "analyse", "job", "model", "code"];
 const UNITS = { rad: { sign: "rad", factor: 1, digits: 3 }, deg: { sign: "°", factor: 180 / Math.PI, digits: 1 }, m: { sign: "m", factor: 1, digits: 3 }, mm: { sign: "mm", factor: 1000, digits: 1 } };
+const THEMES = ["system", "light", "dark"];
 const byId = (id) => document.getElementById(id);
 
 /** The module of kernels, which travels compressed. */
@@ -61,6 +62,7 @@ export class App {
     click("home", () => { stage.home(); this.draw(); });
     click("undo", () => store.undo());
     click("share", () => this.share());
+    click("theme", () => this.paintTheme(THEMES[(THEMES.indexOf(store.shown.theme) + 1) % THEMES.length]));
     click("angles", () => this.measure({ angle: store.shown.angle === "rad" ? "deg" : "rad" }));
     click("lengths", () => this.measure({ length: store.shown.length === "m" ? "mm" : "m" }));
     byId("frames").addEventListener("change", ({ target }) => store.show({ frames: target.checked }));
@@ -69,6 +71,15 @@ export class App {
       event.preventDefault();
       store.undo();
     });
+  }
+
+  /** Light, dark, or as the reader's system has it. @param {string} theme */
+  paintTheme(theme) {
+    this.store.shown.theme = theme;
+    document.documentElement.dataset.theme = theme;
+    byId("theme").replaceChildren(sentence(this.words, `theme_${theme}`));
+    this.stage.readColours();
+    this.stage.changed();
   }
 
   /** The unit of a length or an angle: how it is written, and how many there are in a metre or a radian. */
@@ -166,6 +177,7 @@ export class App {
     }
     this.mountTabs();
     this.turn(this.tab);
+    this.paintTheme(store.shown.theme);
     this.tree.speak();
     this.player.speak();
   }

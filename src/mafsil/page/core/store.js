@@ -26,7 +26,7 @@ export class Store {
     /** Actions that views bring: each is a list of actions of the package. @type {Object<string, (state: State, given: any, arm: Arm) => [string, object][]>} */
     this.own = {};
     /** What views show without being asked by an action: languages, ghosts, the branch and the thing that are pointed at, what is hidden, units, the joint that is touched, the pose that is wished for, the replay that is going on or was left, a table that was edited. */
-    this.shown = { ghosts: false, peek: -1, lit: null, hidden: new Set(), angle: "rad", length: "m", frames: false, touched: -1, loads: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, left: null, table: null };
+    this.shown = { ghosts: false, peek: -1, lit: null, hidden: new Set(), angle: "rad", length: "m", theme: "system", frames: false, touched: -1, loads: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, left: null, table: null };
     /** @type {Set<(what: string) => void>} */
     this.listeners = new Set();
   }
