@@ -59,6 +59,7 @@ def content(
             "gravity": np.asarray(robot.mechanism.gravity).tolist(),
             "joints": [_joint(robot.mechanism, joint) for joint in joints],
         },
+        "postures": list(_postures(arm)),
         "actions": action_arguments(),
         "settings": arm.settings,
         "kernels": {"layout": dict(module.layout), "code": _compress(module.code)},
@@ -72,6 +73,14 @@ def _joint(mechanism: Mechanism, joint: Joint) -> dict[str, Any]:
     """A joint for the scripts: the place of its link in the list, and its axis in the frame of that link."""
     moves = {"name": visible(joint.name), "prismatic": joint.kind is JointKind.PRISMATIC}
     return moves | {"link": mechanism.joints.index(joint) + 1, "axis": np.asarray(joint.axis).tolist()}
+
+
+def _postures(arm: Arm) -> Iterator[dict[str, Any]]:
+    """Postures that the description names, where they say where every joint is."""
+    names = [joint.name for joint in arm.robot.mechanism.coordinates]
+    for name, values in arm.robot.mechanism.provenance.postures:
+        if values.keys() >= set(names):
+            yield {"name": visible(name), "q": [values[one] for one in names]}
 
 
 def _compress(code: bytes) -> str:

@@ -75,6 +75,7 @@ export class Stage extends Viewport {
     if (shown.frames) for (let k = 0; k < poses.length; k += 16) list.push(...figure.triad(poses.subarray(k, k + 16), { scale: 0.7 }));
     if (shown.frame >= 0) list.push(...figure.triad(dhFrames(shown.table ?? this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
     if (shown.table) list.push(...figure.skeleton(dhChain(shown.table, state.q), this.colours.s2));
+    if (shown.preview) list.push(...figure.ghost(arm.kernels.link_poses(shown.preview)[0], this.colours.s0));
     if (shown.replay?.ghost) list.push(...figure.ghost(arm.kernels.link_poses(shown.replay.ghost)[0], this.colours.accent));
     if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }), ...this.away(tip, shown.wish));
     if (shown.ellipsoid || shown.forces) list.push(...this.ellipsoids(tip));
