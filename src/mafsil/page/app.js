@@ -14,7 +14,7 @@ const SMOOTHING = 0.1;
 const KEPT = 500; // ms after which what a reload comes back to is kept
 const TABS = ["move", "analyse", "job", "model", "code"];
 const UNITS = { rad: { sign: "rad", factor: 1, digits: 3 }, deg: { sign: "°", factor: 180 / Math.PI, digits: 1 }, m: { sign: "m", factor: 1, digits: 3 }, mm: { sign: "mm", factor: 1000, digits: 1 } };
-const THEMES = ["system", "light", "dark"];
+const THEMES = ["system", "light", "dark"], SIGNS = { system: "◐", light: "☀", dark: "☾" };
 const byId = (id) => document.getElementById(id);
 
 /** The module of kernels, which travels compressed. */
@@ -77,7 +77,8 @@ export class App {
   paintTheme(theme) {
     this.store.shown.theme = theme;
     document.documentElement.dataset.theme = theme;
-    byId("theme").replaceChildren(sentence(this.words, `theme_${theme}`));
+    byId("theme").textContent = SIGNS[theme];
+    for (const name of ["aria-label", "title"]) byId("theme").setAttribute(name, this.words.text(`theme_${theme}`));
     this.stage.readColours();
     this.stage.changed();
   }

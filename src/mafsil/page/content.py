@@ -87,13 +87,14 @@ def _compress(code: bytes) -> str:
     return base64.b64encode(gzip.compress(code, 9, mtime=0)).decode("ascii")
 
 
-def _sentences(code: str, areas: Sequence[str]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+def _sentences(code: str, areas: Sequence[str]) -> Iterator[tuple[str, list[str | list[str]]]]:
     for area, name in sorted((one, name) for one in areas for name in keys(code, one)):
         yield name, sentence(code, f"{area}.{name}")
 
 
-def sentence(code: str, key: str) -> list[dict[str, Any]]:
-    """A sentence as scripts say it: cut by the package's one function into words and what keeps its own direction.
+def sentence(code: str, key: str) -> list[str | list[str]]:
+    """A sentence as scripts say it: cut by the package's one function into words and, each in a list, what keeps its own
+    direction.
 
     Args:
         code: of the language.
@@ -101,7 +102,7 @@ def sentence(code: str, key: str) -> list[dict[str, Any]]:
     """
     text = template(key, code)
     pieces = runs(text) if direction(code) == "rtl" else [(text, False)]
-    return [{"text": piece[0], "foreign": piece[1]} for piece in pieces]
+    return [[words] if foreign else words for words, foreign in pieces]
 
 
 def _branches(arm: Arm) -> dict[str, Any] | None:

@@ -255,11 +255,12 @@ export class Plot {
     const copy = this.svg.cloneNode(true), inks = [...this.svg.querySelectorAll("*")];
     [...copy.querySelectorAll("*")].forEach((node, k) => {
       const style = getComputedStyle(inks[k]);
-      if (node.matches("path, line, rect, text")) node.setAttribute("style", INKS.map(ink => `${ink}:${style.getPropertyValue(ink)}`).join(";"));
+      node.removeAttribute("style");
+      if (node.matches("path, line, rect, text")) for (const ink of INKS) node.setAttribute(ink, style.getPropertyValue(ink));
       if (node.matches(".probe, .range, .cursor")) node.remove();
     });
     copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
-    const place = make("text", { x: PAD.left, y: PAD.top, style: "font: 600 12px sans-serif" }, copy, this.title.textContent);
+    const place = make("text", { x: PAD.left, y: PAD.top, "font-size": 12, "font-weight": 600, "font-family": "sans-serif" }, copy, this.title.textContent);
     copy.prepend(place);
     return copy.outerHTML;
   }

@@ -13,12 +13,12 @@ view({
   mount(place, app) {
     const { link, words, store } = app, send = (path, body = {}) => link.transport.send(path, body);
     const text = element("textarea", { id: "job", dir: "ltr", rows: 16, wrap: "off", spellcheck: "false", autocomplete: "off", "aria-label": words.text("view_job"), oninput: () => written() });
-    const wrong = element("p", { id: "job-wrong", class: "wrong", role: "alert" }), note = element("span", { class: "soft", role: "status" }), doubts = element("ul", { class: "findings", id: "job-doubts", role: "status" });
+    const wrong = element("p", { id: "job-wrong", class: "wrong", role: "alert" }), note = element("span", { class: "soft", role: "status" }), doubts = element("ul", { class: "findings", id: "job-doubts" });
     const bar = element("progress", { id: "job-progress", max: 1, "aria-label": words.text("run_share") }), outcome = element("div", { id: "job-outcome", role: "status" });
     const button = (key, act, id) => element("button", { type: "button", class: "quiet", id, onclick: act }, sentence(words, key));
     const run = element("button", { type: "button", class: "strong", id: "job-run", onclick: () => begin() }, sentence(words, "run"));
     const stop = button("stop", () => send("job/stop"), "job-stop"), save = button("save_job", () => keep(), "job-save");
-    place.append(element("p", { class: "soft" }, sentence(words, "job_about")), text, wrong, doubts, element("div", { class: "buttons" }, run, stop, save, note), bar, outcome);
+    place.append(element("p", { class: "soft" }, sentence(words, "job_about")), text, wrong, element("div", { role: "status" }, doubts), element("div", { class: "buttons" }, run, stop, save, note), bar, outcome);
     let timer = 0, seen = null, told = null;
 
     function written() {
