@@ -15,6 +15,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.page.node import needed
 
 FLAGS = (
@@ -113,6 +115,13 @@ class Browser:
         if "exceptionDetails" in found:
             raise RuntimeError(json.dumps(found["exceptionDetails"])[:2000])
         return found["result"].get("value")
+
+    def violations(self) -> list[Any]:
+        """What axe-core finds wrong with what is seen, as rules with the first element of each."""
+        axe = pytest.importorskip("axe_core_python").__file__
+        self.ask(f"{Path(axe).with_name('axe.min.js').read_text('utf-8')}; 0")
+        found = "found.violations.map(one => [one.id, one.nodes.length, one.nodes[0].html.slice(0, 150)])"
+        return self.ask(f"axe.run({{iframes: false}}).then(found => {found})")
 
     def settled_box(self, selector: str) -> tuple[float, float, float, float]:
         """`box` once two drawn pictures agree on it: what was opened just before may still push others down."""

@@ -276,3 +276,30 @@ def test_the_theme_is_chosen_and_kept(browser: Browser, ur5e: Path, theme: str) 
     assert browser.ask("mafsil.store.shown.theme") == theme
     assert browser.ask(paper) != first
     browser.resize(1280, 800)
+
+
+def axe_in_both_languages(browser: Browser) -> None:
+    for _ in ("en", "ar"):
+        for tab in browser.ask("mafsil.tabs"):
+            browser.ask(
+                f"mafsil.turn('{tab}'); document.querySelectorAll('#views details').forEach(e => e.open = true)"
+            )
+            browser.ask(SETTLED)
+            assert browser.violations() == []
+        browser.click("#language")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(browser: Browser, ur5e: Path, scheme: str, tmp_path: Path) -> None:
+    browser.resize(1280, 800, scheme=scheme)
+    browser.load(ur5e)
+    axe_in_both_languages(browser)
+    browser.load(show(mf.mobility.library.slider_crank(), language="en").write(tmp_path / "loop.html"))
+    axe_in_both_languages(browser)
+    with studio_of([str(WALL)], 0) as studio:
+        threading.Thread(target=studio.serve, daemon=True).start()
+        browser.load(studio.address)
+        browser.wait("mafsil.tab === 'job'")
+        axe_in_both_languages(browser)
+        studio.server.shutdown()
+    browser.resize(1280, 800)

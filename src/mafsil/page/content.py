@@ -93,8 +93,7 @@ def _sentences(code: str, areas: Sequence[str]) -> Iterator[tuple[str, list[str 
 
 
 def sentence(code: str, key: str) -> list[str | list[str]]:
-    """A sentence as scripts say it: cut by the package's one function into words and, each in a list, what keeps its own
-    direction.
+    """A sentence as scripts say it, cut by the package's one function: what keeps its own direction stands in lists.
 
     Args:
         code: of the language.

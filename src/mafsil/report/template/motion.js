@@ -39,7 +39,6 @@ export class Motion {
       this.docked?.card.remove();
       this.axis.plots = this.plots.slice();
       this.docked = this.choice.value === "" ? null : this.made(place, Number(this.choice.value));
-      if (this.docked) this.axis.plots.push(this.docked);
       this.speak(...this.said);
     } });
     bar.append(this.choice, place);
