@@ -50,6 +50,8 @@ export class App {
     this.player = new Player(this);
     this.tree = new Tree(byId("tree"), this);
     this.stage.home();
+    this.stage.finest = new URLSearchParams(location.hash.slice(1)).has("picture");
+    document.documentElement.classList.toggle("picture", this.stage.finest);
     takeState(wantedState(), this);
     this.store.listen(() => this.draw());
     this.listen();

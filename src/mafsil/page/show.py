@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
 import tempfile
 import webbrowser
 from collections.abc import Sequence
@@ -10,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, cast
 
+from mafsil.errors import FileError, InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.messages import language as current_language
@@ -37,6 +40,14 @@ Closed: TypeAlias = (
     "mobility.Linkage | mobility.FourBar | parallel.StewartPlatform | parallel.DeltaRobot | parallel.LegMechanism"
 )
 """What closes loops and is no description yet."""
+UNSEEN = (
+    "--headless", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",
+    "--virtual-time-budget=3000", "--window-size=960,640", "--force-device-scale-factor=2",
+)  # fmt: skip
+"""Of a browser that draws one picture and ends."""
+PATIENCE = 120.0
+"""How long it may take [s]."""
 HEIGHT = 720
 """Of the page in a notebook [pixels]."""
 
@@ -76,6 +87,32 @@ class Page:
         write_whole(place, self.html.encode())
         return place
 
+    def photograph(self, path: str | os.PathLike[str]) -> Path:
+        """Draw the robot as the page does, with scale and axes, into a PNG file, by a Chromium that shows no window.
+
+        Args:
+            path: of the file.
+
+        Raises:
+            InputError: no Chromium is on the path of commands.
+            FileError: the place cannot be written, or the browser draws nothing.
+        """
+        program, place = chromium(), Path(path)
+        if program is None:
+            raise InputError("pictures.no_browser", path=str(place))
+        with tempfile.TemporaryDirectory(prefix="mafsil-") as folder:
+            drawn = Path(folder) / "picture.png"
+            address = self.write(Path(folder) / "page.html").as_uri() + "#picture"
+            flags = (*UNSEEN, *(("--no-sandbox",) if os.geteuid() == 0 else ()))  # a container's root has no sandbox
+            words = [program, *flags, f"--user-data-dir={folder}/profile", f"--screenshot={drawn}", address]
+            done = subprocess.run(words, capture_output=True, timeout=PATIENCE, check=False)
+            if not drawn.is_file():
+                raise FileError(
+                    "file.cannot_write", path=str(place), reason=done.stderr.decode(errors="replace")[-200:]
+                )
+            write_whole(place, drawn.read_bytes())
+        return place
+
     def open(self) -> Path:
         """Show it in the browser, from a file in the folder for temporary files."""
         place = Path(tempfile.mkdtemp(prefix="mafsil-")) / f"{_file_name(self.robot.name)}.html"
@@ -88,6 +125,11 @@ class Page:
         allowed = "allow-scripts allow-downloads"
         style = f"width: 100%; height: {HEIGHT}px; border: 0"
         return f'<iframe sandbox="{allowed}" style="{style}" srcdoc="{attribute(self.html)}"></iframe>'
+
+
+def chromium() -> str | None:
+    """The program of a Chromium on this machine; None without any."""
+    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 
 
 def show(

@@ -14,7 +14,7 @@ export class Viewport {
    * @param {object} scene  bodies, surfaces, centre, size, floor
    */
   constructor(canvas, scene) {
-    Object.assign(this, { canvas, scene });
+    Object.assign(this, { canvas, scene, finest: false }); // finest: whether pictures are never made with less effort
     this.makeRenderer();
     this.figure = new Figure(this.renderer, scene);
     this.camera = new Camera(scene);
@@ -83,8 +83,8 @@ export class Viewport {
   /** Draw these: at once, and finely when nothing has moved for a while. @param {object[]} items */
   render(items) {
     clearTimeout(this.resting);
-    this.draw(items, false);
-    if (this.renderer.light) this.resting = setTimeout(() => this.draw(items, true), REST);
+    this.draw(items, this.finest);
+    if (this.renderer.light && !this.finest) this.resting = setTimeout(() => this.draw(items, true), REST);
   }
 
   draw(items, still) {
