@@ -21,6 +21,7 @@ from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
 from mafsil.page.assemble import assemble, needed_quantities
 from mafsil.page.content import content
+from mafsil.regular_file import whole_bytes
 from mafsil.robot import Robot, as_open_tree
 from mafsil.scene.inline import attribute
 from mafsil.whole_file import write_whole
@@ -48,6 +49,8 @@ UNSEEN = (
 """Of a browser that draws one picture and ends."""
 PATIENCE = 120.0
 """How long it may take [s]."""
+LARGEST = 64 << 20
+"""Of a picture [bytes]."""
 HEIGHT = 720
 """Of the page in a notebook [pixels]."""
 
@@ -103,14 +106,16 @@ class Page:
         with tempfile.TemporaryDirectory(prefix="mafsil-") as folder:
             drawn = Path(folder) / "picture.png"
             address = self.write(Path(folder) / "page.html").as_uri() + "#picture"
-            flags = (*UNSEEN, *(("--no-sandbox",) if os.geteuid() == 0 else ()))  # a container's root has no sandbox
+            root = hasattr(os, "geteuid") and os.geteuid() == 0  # for whom Chromium has no sandbox
+            flags = (*UNSEEN, "--no-sandbox") if root else UNSEEN
             words = [program, *flags, f"--user-data-dir={folder}/profile", f"--screenshot={drawn}", address]
-            done = subprocess.run(words, capture_output=True, timeout=PATIENCE, check=False)
+            try:
+                said = subprocess.run(words, capture_output=True, timeout=PATIENCE, check=False).stderr
+            except subprocess.TimeoutExpired as late:
+                said = late.stderr or b""
             if not drawn.is_file():
-                raise FileError(
-                    "file.cannot_write", path=str(place), reason=done.stderr.decode(errors="replace")[-200:]
-                )
-            write_whole(place, drawn.read_bytes())
+                raise FileError("file.cannot_write", path=str(place), reason=said.decode(errors="replace")[-200:])
+            write_whole(place, whole_bytes(drawn, LARGEST))
         return place
 
     def open(self) -> Path:
