@@ -178,7 +178,8 @@ def around_data(scene: Scene) -> dict[str, Any]:
 
 
 def _tape(scene: Scene) -> dict[str, Any]:
-    return around_data(scene) | {
+    forces = {} if scene.forces is None else {"forces": pack_floats(scene.forces)}
+    return around_data(scene) | forces | {
         "period": scene.period,
         "end": float(scene.times[-1]),
         "frames": len(scene.q),

@@ -136,7 +136,8 @@ export class Player {
   items(stage) {
     const { store } = this.app;
     if (!this.scenery) return [];
-    return this.scenery.items(this.replay ? this.replay.time / this.period : 0, store.arm.kernels.forward_kinematics(store.state.q)[0], stage.colours.accent, store.shown);
+    const tip = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), frame = this.replay ? this.replay.time / this.period : 0, list = this.scenery.items(frame, tip, stage.colours.accent, store.shown);
+    return store.shown.replay ? [...list, ...stage.push(tip, this.scenery.force(frame)).map((one) => ({ ...one, over: true }))] : list;
   }
 }
 

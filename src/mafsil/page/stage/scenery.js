@@ -22,7 +22,7 @@ export class Scenery {
    */
   constructor(figure, tape, flat = false) {
     const { size, renderer } = figure;
-    Object.assign(this, { figure, tape, flat, shown: true, tips: floats(tape.tips ?? ""), reference: floats(tape.reference ?? "") });
+    Object.assign(this, { figure, tape, flat, shown: true, tips: floats(tape.tips ?? ""), reference: floats(tape.reference ?? ""), forces: floats(tape.forces ?? "") });
     this.solids = figure.solids(tape.scenery);
     this.carried = tape.carried.map(({ poses, first, end }) => ({ poses: floats(poses), first, end }));
     this.fixed = tape.fixed.map((pose) => Matrix.pose(...pose));
@@ -72,6 +72,12 @@ export class Scenery {
   trail(colour) {
     if (!this.planned || !this.shown) return [];
     return this.flat ? this.rods(colour, this.planned.points) : [{ mesh: this.planned.mesh, model: HERE, colour: [...colour.slice(0, 3), 0.55], gloss: 0 }];
+  }
+
+  /** What touches the tip exerts on it, in its frame [N]. @param {number} frame  fractional */
+  force(frame) {
+    const k = Math.max(0, Math.min(Math.round(frame), this.forces.length / 3 - 1));
+    return Array.from(this.forces.subarray(3 * k, 3 * k + 3));
   }
 
   /** Where everything around is. */
