@@ -36,7 +36,9 @@ view({
       await deliver();
       link.heard.delete("motion");
       link.watch = { motion: null, begun: false, told: false };
-      complain(await send("job/run"));
+      const answer = await send("job/run");
+      if (answer.status !== 200) link.watch = null;
+      complain(answer);
     }
     async function keep() {
       await deliver();
