@@ -13,8 +13,8 @@ from mafsil.scene.inline import attribute, embed_json, policy
 from mafsil.scene.modules import read
 
 MAIN, SERVED = "page/main.js", "studio/main.js"
-_BLANK = re.compile(r" ?([{}]) ?|(?<=[;:,]) ")
-"""What a style needs no blank for: beside braces, and behind the marks of a declaration."""
+_BLANK = re.compile(r" ?(\{) ?|;? ?(\}) ?|(?<=[;:,]) |^ +|^/\*.*\*/\n", re.M)
+"""What a style does not need: blanks beside braces and behind marks, the last semicolon of a rule, comments."""
 OF_NO_RUN = ("grasp.js",)
 """Views that a page of a run leaves out."""
 _ROBOT = {"reading": "", "languages": "", "state": "robot", "alone": "", "style": ""}
@@ -37,8 +37,9 @@ def assemble(
         FileError: a module that cannot be read.
         KernelError: a module with statements that are not understood.
     """
+    whole = "\n".join((styles(), slots["style"])).strip()
     style, code = (
-        "\n".join((styles(), slots["style"])).strip(),
+        _BLANK.sub(lambda match: match.group(1) or match.group(2) or "", whole),
         script(*views, main, recording=slots["state"] != "robot"),
     )
     title = attribute(content.get("titles", {}).get(content["language"], content["robot"]["name"]))
@@ -61,7 +62,7 @@ def assemble(
 def styles() -> str:
     """The style of the application; that of its cards stays inside the element that holds them."""
     page, stage, cards = (read(f"page/{name}.css").strip() for name in ("page", "stage", "cards"))
-    return _BLANK.sub(lambda match: match.group(1) or "", f"{page}\n{stage}\n#views {{\n{cards}\n}}")
+    return f"{page}\n{stage}\n#views {{\n{cards}\n}}"
 
 
 def script(*modules: str, recording: bool = False) -> str:
