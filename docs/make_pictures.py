@@ -6,6 +6,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from PIL import Image
+
 IMAGES = Path(__file__).parent / "images"
 FLAGS = (
     "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
@@ -33,6 +35,9 @@ def main() -> int:
         subprocess.run(
             [*mafsil, "show", robot, "--picture", str(IMAGES / f"{robot}.png")], check=True, stdout=subprocess.DEVNULL
         )
+        with Image.open(IMAGES / f"{robot}.png") as picture:
+            half = picture.convert("RGB").resize((picture.width // 2, picture.height // 2), Image.Resampling.LANCZOS)
+        half.save(IMAGES / f"{robot}.png", optimize=True)
     pictures = [(picture, f"convert {motion}") for picture, motion in MOTIONS.items()]
     pictures += [(picture, f"ik {pose}") for picture, pose in POSTURES.items()]
     for picture, question in pictures:

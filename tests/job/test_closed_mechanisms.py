@@ -166,9 +166,30 @@ def test_a_delta_robot_of_a_file_is_the_robot_of_a_job():
     np.testing.assert_allclose(T[-1, :3, 3], [0.15, 0.05, -0.74], atol=1e-8)
 
 
-def test_a_parallel_robot_of_another_kind_is_refused(tmp_path):
+def test_a_stewart_platform_in_a_file_is_a_robot(tmp_path):
+    """Its driven joints are the lengths of the legs beyond those in which it is drawn."""
     angles = "base_angles = [-15, 15, 105, 135, 225, 255]\nplatform_angles = [-45, 45, 75, 165, 195, 285]\n"
-    (tmp_path / "six.toml").write_text(f'kind = "stewart"\nbase_radius = 2.0\nplatform_radius = 1.0\n{angles}')
-    text = DELTA.replace("delta.toml", "six.toml")
-    with pytest.raises(MafsilError, match="'delta' can"):
+    file = tmp_path / "six.toml"
+    file.write_text(f'kind = "stewart"\nbase_radius = 2.0\nplatform_radius = 1.0\n{angles}')
+    job = f'robot = "six.toml"\n[start]\njoints = {[0.05] * 6}\n[[move]]\njoints = {[0.1] * 6}\n'
+    run = solve(parse_job(job, "job.toml"), job, tmp_path)
+    assert isinstance(run, Run)
+    robot, platform = run.robot, read_parallel(file)
+    chain, rng = ClosedChain(robot), np.random.default_rng(4)
+    assert [robot.joint_names[k] for k in chain.actuated] == [f"leg {i} joint 3" for i in range(1, 7)]
+    drawn = platform.inverse_kinematics(np.asarray(chain.robot.forward_kinematics(np.zeros(robot.n))))
+    for _ in range(5):
+        q = np.zeros(robot.n)
+        q[chain.actuated] = rng.uniform(-0.2, 0.2, 6)
+        found = chain.close_loops(q, hold=chain.actuated)
+        T = np.asarray(chain.robot.forward_kinematics(found.q))
+        np.testing.assert_allclose(platform.inverse_kinematics(T) - drawn, q[chain.actuated], atol=1e-8)
+
+
+def test_a_parallel_robot_of_another_kind_is_refused(tmp_path):
+    (tmp_path / "bars.toml").write_text(
+        'kind = "five_bar"\ncrank_1 = 0.3\nrod_1 = 0.5\nrod_2 = 0.5\ncrank_2 = 0.3\nground = 0.4\n'
+    )
+    text = DELTA.replace("delta.toml", "bars.toml")
+    with pytest.raises(MafsilError, match="'delta' and 'stewart' can"):
         solve(parse_job(text, "job.toml"), text, tmp_path)

@@ -15,6 +15,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.page.node import needed
 
 FLAGS = (
@@ -114,6 +116,13 @@ class Browser:
             raise RuntimeError(json.dumps(found["exceptionDetails"])[:2000])
         return found["result"].get("value")
 
+    def violations(self) -> list[Any]:
+        """What axe-core finds wrong with what is seen, as rules with the first element of each."""
+        axe = pytest.importorskip("axe_core_python").__file__
+        self.ask(f"{Path(axe).with_name('axe.min.js').read_text('utf-8')}; 0")
+        found = "found.violations.map(one => [one.id, one.nodes.length, one.nodes[0].html.slice(0, 150)])"
+        return self.ask(f"axe.run({{iframes: false}}).then(found => {found})")
+
     def settled_box(self, selector: str) -> tuple[float, float, float, float]:
         """`box` once two drawn pictures agree on it: what was opened just before may still push others down."""
         seen = self.box(selector)
@@ -131,10 +140,11 @@ class Browser:
         )
         return (found[0], found[1], found[2], found[3])
 
-    def mouse(self, kind: str, x: float, y: float, *, buttons: int = 0) -> None:
-        """A pointer event: `mousePressed`, `mouseMoved`, `mouseReleased`."""
+    def mouse(self, kind: str, x: float, y: float, *, buttons: int = 0, modifiers: int = 0) -> None:
+        """A pointer event: `mousePressed`, `mouseMoved`, `mouseReleased`; modifiers as of `key`."""
         button = "none" if kind == "mouseMoved" and not buttons else "left"
-        self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=buttons, clickCount=1)
+        event = {"type": kind, "x": x, "y": y, "button": button, "buttons": buttons, "modifiers": modifiers}
+        self._call("Input.dispatchMouseEvent", **event, clickCount=1)
 
     def click(self, selector: str) -> None:
         """Press and release in the middle of an element, once it no longer moves."""
@@ -143,13 +153,13 @@ class Browser:
         self.mouse("mousePressed", x, y, buttons=1)
         self.mouse("mouseReleased", x, y)
 
-    def drag(self, start: tuple[float, float], end: tuple[float, float], steps: int = 8) -> None:
-        """Press at one place, move in steps, release at another."""
-        self.mouse("mousePressed", *start, buttons=1)
+    def drag(self, start: tuple[float, float], end: tuple[float, float], steps: int = 8, *, modifiers: int = 0) -> None:
+        """Press at one place, move in steps, release at another; modifiers as of `key`."""
+        self.mouse("mousePressed", *start, buttons=1, modifiers=modifiers)
         for k in range(1, steps + 1):
             x, y = (a + (b - a) * k / steps for a, b in zip(start, end, strict=True))
-            self.mouse("mouseMoved", x, y, buttons=1)
-        self.mouse("mouseReleased", *end)
+            self.mouse("mouseMoved", x, y, buttons=1, modifiers=modifiers)
+        self.mouse("mouseReleased", *end, modifiers=modifiers)
 
     def key(self, name: str, *, modifiers: int = 0) -> None:
         """Press a key and let it go; modifiers: 2 control, 8 shift."""

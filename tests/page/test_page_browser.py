@@ -222,7 +222,7 @@ def test_languages_are_switched_live(browser: Browser, pages: Path) -> None:
     assert browser.ask("[document.documentElement.lang, document.documentElement.dir]") == ["ar", "rtl"]
     assert state(browser) == before
     words = browser.ask(
-        "[...document.querySelectorAll('summary, button.quiet:not(#units *), p.soft')].map(e => e.textContent)"
+        "[...document.querySelectorAll('summary, button.quiet:not(#units *, #theme), p.soft')].map(e => e.textContent)"
     )
     assert all(any("\u0600" <= c <= "\u06ff" for c in word) or word == "English" for word in words), words
     browser.ask("mafsil.unfold('pose')")
@@ -480,7 +480,7 @@ def test_the_loop_is_plotted(browser: Browser, pages: Path) -> None:
     browser.ask("document.getElementById('plot-values').click()")
     settle(browser)
     seen = browser.ask(
-        "(() => { const c = document.querySelector('.plot');"
+        "(() => { const c = document.querySelector('.curves');"
         " const pixels = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
         " return new Set(new Uint32Array(pixels.buffer)).size; })()"
     )

@@ -29,6 +29,7 @@ const text = script(store.journal, io.args, io.robot);
 const signed = (_, value) => (Object.is(value, -0) ? "-0" : value);
 process.stdout.write(JSON.stringify({ states, text, actions: Object.keys(ACTIONS) }, signed));
 """
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "robots"
 TURNED = [0.2, 0.9, -0.1, 0.3]
 ROBOTS = ("panda", "ur5e", "puma560", "scara_rrrp", "cobra600", "spatial3r")
 
@@ -102,6 +103,49 @@ def test_same_states_to_the_last_bit(name: str, tmp_path: Path) -> None:
     scope: dict[str, Any] = {}
     exec(found["text"], scope)  # the journal itself
     assert scope["arm"].q.tobytes() == session.q.tobytes()
+
+
+def random_actions(session: Session, count: int, seed: int) -> list[dict[str, Any]]:
+    """Anything that this robot can do, in any order, with numbers from inside and outside of its limits."""
+    rng, arm = np.random.default_rng(seed), session.arm
+    reach, movable = arm.settings["radius"] or 1.0, arm.settings["driven"] or list(range(arm.robot.n))
+    kinds = ["set_joint", "set_joints"] if arm.closed is not None else ["set_joint", "set_joints", "search"]
+    kinds += ["choose", "reach"] * (arm.form is not None) + ["swing"] * bool(arm.settings["locked"])
+    kinds += ["loop", "push", "simulate"] * arm.has_dynamics
+    rows = arm.form.pattern.branches if arm.form is not None else 0
+
+    def given(kind: str) -> dict[str, Any]:
+        pose = {
+            "position": (np.array(arm.settings["centre"]) + rng.uniform(-0.8, 0.8, 3) * reach).round(6).tolist(),
+            "quaternion": rng.normal(size=4).round(9).tolist(),
+        }
+        return {
+            "set_joint": {"joint": int(rng.choice(movable)), "value": float(rng.uniform(-2, 2))},
+            "set_joints": {"values": (arm.start + rng.uniform(-0.6, 0.6, arm.robot.n)).tolist()},
+            "search": pose,
+            "choose": {"branch": int(rng.integers(max(rows, 1)))},
+            "reach": pose | {"branch": int(rng.integers(max(rows, 1)))},
+            "swing": {"joint": (arm.settings["locked"] or [0])[0], "value": float(rng.uniform(-2, 2)), "branch": 0},
+            "loop": {"closed": bool(rng.integers(2))},
+            "push": {"wrench": rng.uniform(-20, 20, 6).tolist()},
+            "simulate": {"ticks": int(rng.integers(1, 12))},
+        }[kind]
+
+    return [{"do": kind, "with": given(kind)} for kind in rng.choice(kinds, count).tolist()]
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5e", "cobra600", str(EXAMPLES / "palletiser.xml")])
+@pytest.mark.filterwarnings("ignore::mafsil.errors.ModelWarning")
+def test_two_hundred_random_actions_end_in_the_same_bits(name: str, tmp_path: Path) -> None:
+    session, again = Session(name), Session(name)
+    todo = random_actions(session, 200, 7)
+    for action, state in zip(todo, in_node(session, todo, tmp_path)["states"], strict=True):
+        session.do([action])
+        assert session.status == state["status"], action
+        assert bits(session.q) == bits(state["q"]), action
+        assert bits(session.state.qd) == bits(state["qd"]), action
+    again.do(todo)
+    assert bits(again.q) == bits(session.q)
 
 
 def test_a_free_joint_swings_while_the_tip_stays() -> None:

@@ -17,7 +17,8 @@ from mafsil.page.arm import Arm
 from mafsil.page.assemble import own_views
 from mafsil.page.content import content
 from mafsil.page.session import Session, action_arguments
-from mafsil.parallel import ClosedChain
+from mafsil.page.show import show
+from mafsil.parallel import ClosedChain, DeltaRobot, StewartPlatform, three_rps
 from tests.page.node import run_module
 from tests.page.test_page_core import SCRIPT, bits
 
@@ -80,9 +81,9 @@ def test_every_card_is_of_the_closed_chain_or_left_out(tmp_path: Path) -> None:
     for robot in robots(tmp_path):
         arm = Arm(robot)
         assert set(arm.kernels) == {
-            "link_poses", "forward_kinematics", "tip_pose", "closed_following", "closed_efforts",
+            "link_poses", "forward_kinematics", "tip_pose", "closed_following", "tree_jacobian", "closed_efforts",
         }  # fmt: skip
-        assert set(shown_of(arm, tmp_path)) == {"loops", "joints", "pose", "gravity", "code", "grasp"}
+        assert set(shown_of(arm, tmp_path)) == {"loops", "joints", "pose", "jacobian", "gravity", "code", "grasp"}
         data = content(arm, "en", "robot")
         assert data["dh"] is None
         assert data["branches"] is None
@@ -158,6 +159,54 @@ def test_the_page_moves_loops_to_the_same_bits(tmp_path: Path) -> None:
         assert bits(state["q"]) == bits(session.q)
 
 
+LEGS = StewartPlatform.on_circles(
+    1.0, 0.6, np.radians([-15, 15, 105, 135, 225, 255]), np.radians([-45, 45, 75, 165, 195, 285])
+)
+CLOSED = {
+    "stewart": LEGS,
+    "delta": DeltaRobot(base=0.2, platform=0.05, arm=0.25, forearm=0.6),
+    "three_rps": three_rps(0.5, 0.3, 0.6),
+    "slider_crank": mf.mobility.library.slider_crank(),
+    "palletiser": PALLETISER,
+}
+COLUMNS = """
+import fs from "node:fs";
+import { loadKernels } from "./page/core/kernels.js";
+import { tipJacobian } from "./page/loops/follow.js";
+const { layout, settings, places } = JSON.parse(fs.readFileSync("io.json"));
+const kernels = await loadKernels(fs.readFileSync("bundle.wasm"), layout);
+const found = places.map((q) => tipJacobian(q, { settings, kernels }));
+process.stdout.write(JSON.stringify(found.map(({ J, joints }) => ({ J: Array.from(J), joints }))));
+"""
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_platforms_and_linkages_are_robots_of_the_page(name: str, tmp_path: Path) -> None:
+    """Their loops stay closed, whatever is done, and the Jacobian of the page is that of the closed chain."""
+    session = Session(show(CLOSED[name], language="en").robot)
+    chain, rng, places = ClosedChain(session.arm.robot), np.random.default_rng(5), []
+    driven = session.arm.settings["driven"]
+    assert driven == chain.actuated.tolist() or not any(j.actuated for j in session.arm.robot.mechanism.coordinates)
+    for _ in range(20):
+        joint = int(rng.choice(driven))
+        session.set_joint(joint, float(session.q[joint] + 0.1 * rng.uniform(-1, 1)))
+        assert chain.error(session.q) < 1e-9
+        places.append(session.q)
+    module = bundle(session.arm.kernels)
+    io = {"layout": dict(module.layout), "settings": session.arm.settings, "places": [q.tolist() for q in places]}
+    (tmp_path / "io.json").write_text(json.dumps(io))
+    (tmp_path / "bundle.wasm").write_bytes(module.code)
+    of_driven = (
+        ClosedChain(session.arm.robot, tuple(session.arm.robot.joint_names[k] for k in driven))
+        if driven != chain.actuated.tolist()
+        else chain
+    )
+    for q, found in zip(places, json.loads(run_module(COLUMNS, tmp_path)), strict=True):
+        assert found["joints"] == driven
+        J = np.asarray(of_driven.jacobian_body(q))
+        np.testing.assert_allclose(np.reshape(found["J"], J.shape), J, atol=1e-9 * max(1.0, np.abs(J).max()))
+
+
 def test_what_would_be_of_the_open_tree_is_refused(tmp_path: Path) -> None:
     session = Session(mf.load(PALLETISER))
     with pytest.raises(InputError, match="not driven"):
@@ -183,4 +232,4 @@ def test_loops_without_masses_are_moved_and_loads_are_left_out(tmp_path: Path) -
     session.set_joint(0, 0.4)
     assert session.status == "ready"
     assert ClosedChain(mechanism).error(session.q) < 1e-9
-    assert set(shown_of(session.arm, tmp_path)) == {"loops", "joints", "pose", "code", "grasp"}
+    assert set(shown_of(session.arm, tmp_path)) == {"loops", "joints", "pose", "jacobian", "code", "grasp"}

@@ -6,6 +6,8 @@ import json
 import re
 from pathlib import Path
 
+import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 
 import mafsil as mf
@@ -16,6 +18,7 @@ from mafsil.messages.catalogue import keys
 from mafsil.page import Session, show
 from mafsil.page.assemble import own_views
 from mafsil.scene import modules
+from tests.page.node import needed
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5e", "puma560"])
@@ -117,3 +120,22 @@ def test_what_a_view_needs_is_there_or_left_out(tmp_path: Path) -> None:
     assert '"center_of_mass":{' not in mf.show(bare, views=[own]).html
     with pytest.raises(InputError, match="center_of_mass"):
         _ = mf.show("planar2r", views=[wrong]).html
+
+
+def test_a_picture_is_what_the_page_draws(tmp_path: Path) -> None:
+    """The arm fills it; nothing of the page around the view is in it, and its background is plain at the edges."""
+    needed("chromium", "chromium-browser", "google-chrome")
+    image = plt.imread(show("ur5e", language="en").photograph(tmp_path / "ur5e.png"))[..., :3]
+    assert image.shape[:2] == (1280, 1920)
+    grey = image.mean(axis=2)
+    assert len(np.unique((255 * image).astype(int).reshape(-1, 3), axis=0)) > 1000
+    assert np.ptp(grey[200:1000, :40]) < 0.2, "no panel stands at the left"
+    rows, columns = np.nonzero(grey[100:1150, 200:1700] > 0.98)
+    assert 0.4 < np.ptp(rows) / 1280 < 0.9
+    assert 0.3 < np.ptp(columns) / 1920 < 0.9
+
+
+def test_without_a_browser_a_picture_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="Chromium"):
+        show("planar2r").photograph(tmp_path / "a.png")

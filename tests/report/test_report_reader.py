@@ -120,7 +120,8 @@ def test_both_languages(browser: Browser, results: Path, small_run: Run) -> None
     assert browser.ask("[document.documentElement.lang, document.documentElement.dir]") == ["ar", "rtl"]
     assert browser.ask(TIME) == 0.5
     marked = (
-        "#reading > section h2, h3, #hint, #home, #take, #tabs button, .share, .number .label, #reading > section th"
+        "#reading > section h2, h3, #hint, #home, #take, #tabs button,"
+        " .share:not([data-do=svg]):not([data-do=csv]), .number .label, #reading > section th"
     )
     texts = f"[...document.querySelectorAll('{marked}')].filter(e => !e.closest('#views')).map(e => e.textContent)"
     assert not [text for text in browser.ask(texts) if not ARABIC.search(text)]
@@ -279,3 +280,51 @@ def test_the_replay_is_led_by_keys_and_every_control_has_a_name(browser: Browser
     browser.ask("document.getElementById('scene').focus()")
     browser.key("ArrowUp", modifiers=2)
     assert [one["do"] for one in browser.ask("mafsil.store.journal")] == ["set_joints", "reach"]
+
+
+def test_plots_are_zoomed_together_in_the_chosen_unit_and_saved(
+    browser: Browser, results: Path, small_run: Run
+) -> None:
+    """A drag shows a range of the time in every plot, also in the timeline; what is saved is what is seen."""
+    browser.resize(1280, 800)
+    browser.load(results / "report.html", "#t=0.1", DRAWN)
+    choose = "(f => {{ f.value = {}; f.dispatchEvent(new Event('change')); }})(document.getElementById('signal'))"
+    browser.ask(choose.format("'0'"))
+    settle(browser)
+    assert browser.ask("document.querySelectorAll('#docked .curve').length") == small_run.robot.n
+    left, top, width, height = browser.settled_box("#docked .plot > svg")
+    at, middle = (lambda share: left + 52 + (width - 62) * share), top + height / 2
+    end = browser.ask("mafsil.motion.docked.last")
+    browser.drag((at(0.25), middle), (at(0.5), middle))
+    windows = browser.ask("mafsil.motion.axis.plots.map(one => [one.from, one.to])")
+    assert len(windows) == 1 + browser.ask("mafsil.motion.plots.length")
+    assert all(abs(a - 0.25 * end) < 0.01 * end and abs(b - 0.5 * end) < 0.01 * end for a, b in windows)
+    browser.mouse("mouseMoved", at(0.5), middle)
+    probes = "mafsil.motion.axis.plots.map(one => one.probeLine.getAttribute('visibility'))"
+    assert set(browser.ask(probes)) == {"visible"}
+    # In degrees the table is that of the recording, and only what is seen of it.
+    browser.click("#angles")
+    lines = browser.ask("mafsil.motion.plots[0].table()").strip().split("\n")
+    assert lines[0] == ",".join(["t [s]", *(f"{name} [°]" for name in small_run.robot.joint_names)])
+    rows = np.array([line.split(",") for line in lines[1:]], float)
+    assert windows[0][0] <= rows[0, 0] <= rows[-1, 0] <= windows[0][1]
+    tape = small_run.recording
+    exact = np.stack([np.interp(rows[:, 0], tape.t, column) for column in tape.q.T], axis=1)
+    assert np.abs(np.deg2rad(rows[:, 1:]) - exact).max() < 1e-6
+    picture = browser.ask("mafsil.motion.plots[0].picture()")
+    assert picture.count("<path") == small_run.robot.n
+    assert "style=" not in picture
+    assert "var(" not in picture
+    browser.ask("document.querySelector('#docked svg').dispatchEvent(new Event('dblclick'))")
+    assert browser.ask("mafsil.motion.axis.window") is None
+
+
+def test_axe_finds_nothing(browser: Browser, results: Path) -> None:
+    browser.resize(1280, 800)
+    browser.load(results / "report.html", "", DRAWN)
+    for _ in ("en", "ar"):
+        for tab in browser.ask("mafsil.tabs"):
+            browser.ask(f"mafsil.turn('{tab}')")
+            settle(browser)
+            assert browser.violations() == []
+        browser.click("#language")

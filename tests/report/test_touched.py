@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.collision import Obstacle, Plane
 from mafsil.job import Run, parse_job, solve
-from mafsil.report.replay import drawn
+from mafsil.report.replay import drawn, replay_scene
 from mafsil.report.touched import standing
 from mafsil.scene.inline import near_side, patch, stretch
 
@@ -137,3 +137,20 @@ def test_a_patch_holds_the_feet_of_all_points_and_lies_on_its_plane(seed):
     nearest = near_side(T, seen, 0.05)
     heights = (seen - T[:3, 3]) @ T[:3, 2]
     assert len(nearest) == (heights <= heights.min() + 0.05).sum()
+
+
+@pytest.mark.capability("10-70")
+def test_what_presses_on_the_tip_is_in_the_replay():
+    text = (Path(__file__).parents[2] / "examples/jobs/polish_a_plate_puma560.toml").read_text(encoding="utf-8")
+    run = solve(parse_job(text), text, Path())
+    assert isinstance(run, Run)
+    scene, tape = replay_scene(run), run.recording
+    assert scene.forces is not None
+    assert tape.contact_wrench is not None
+    rows = np.searchsorted(tape.t, scene.times)
+    np.testing.assert_array_equal(scene.forces, tape.contact_wrench[np.minimum(rows, len(tape.t) - 1)][:, 3:])
+    # The plate lies level: what it exerts is upwards, but for friction, and as large as the job presses.
+    R = np.asarray(run.robot.fk(scene.q))[:, :3, :3]
+    pressed = (R @ scene.forces[:, :, None])[:, :, 0]
+    assert pressed[:, 2].min() >= -1e-9
+    assert np.linalg.norm(pressed, axis=1).max() > 5.0

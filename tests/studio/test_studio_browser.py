@@ -138,6 +138,10 @@ def test_a_job_is_written_run_replayed_and_compared(studio: Studio, windows: tup
     run_job(second, 1)
     first.wait("mafsil.link.heard.get('run').status === 'done'")
     first.wait("document.querySelector('#job-outcome a')")
+    #    The window that pressed run shows it; the other one does not until it is asked to.
+    second.wait("mafsil.store.shown.replay?.first.number === 1")
+    assert first.ask("mafsil.store.shown.replay") is None
+    second.ask("mafsil.store.show({ chosen: [null, null], replay: null })")
     # 3. Another run with other masses.
     write(first, "mass_error = 0.0", "mass_error = 0.2")
     run_job(first, 2)
@@ -150,7 +154,7 @@ def test_a_job_is_written_run_replayed_and_compared(studio: Studio, windows: tup
     first.ask("mafsil.store.show({ chosen: [1, 2] })")
     first.wait("mafsil.store.shown.replay?.second && document.querySelector('#comparison p')")
     time = float(tapes[0].t[len(tapes[0].t) // 2])
-    first.ask(f"mafsil.store.show({{ replay: {{ ...mafsil.store.shown.replay, time: {time} }} }})")
+    first.ask(f"mafsil.store.show({{ replay: {{ ...mafsil.store.shown.replay, time: {time}, playing: false }} }})")
     unfold(first)
     replay = first.ask("mafsil.store.shown.replay")
     for shown, tape in ((replay["q"], tapes[0]), (replay["ghost"], tapes[1])):
@@ -179,6 +183,58 @@ def test_a_job_is_written_run_replayed_and_compared(studio: Studio, windows: tup
     report = first.ask("fetch(document.querySelector('#report').href).then(answer => answer.text())")
     assert report.startswith("<!doctype html>")
     assert first.ask("fetch('reports/1/results.json').then(answer => answer.json())")["status"] == "done"
+
+
+def test_a_run_is_seen_while_it_is_computed(tmp_path: Path) -> None:
+    """The planned path first, then the arm along what is computed, then the recording, which goes on where it was."""
+    job = Path(__file__).parents[2] / "examples/jobs/pick_and_place_panda.toml"
+    with studio_of([str(job)], 0) as served, Browser(tmp_path) as window:
+        served.jobs.results = tmp_path / "results"
+        threading.Thread(target=served.serve, daemon=True).start()
+        window.load(served.address)
+        # 1. A target that nothing reaches is named with its line as one types, and what helps is said.
+        write_when_ready(window, "[0.48, -0.30, 0.32]", "[1.48, -0.30, 0.32]")
+        window.wait("document.querySelector('#job-doubts [data-line]')")
+        said = window.ask("document.getElementById('job-doubts').textContent")
+        assert "out of reach" in said
+        assert "move the pose or the base" in said
+        line = int(window.ask("document.querySelector('#job-doubts [data-line]').dataset.line"))
+        assert "1.48" in served.jobs.job["text"].split("\n")[line - 1]
+        write_when_ready(window, "[1.48, -0.30, 0.32]", "[0.48, -0.30, 0.32]")
+        window.wait("!document.querySelector('#job-doubts li')")
+        # 2. The path of the plan is there before anything moves; then the arm follows.
+        window.ask(
+            "mafsil.link.store.listen(() => { window.first ||= mafsil.link.heard.has('motion') &&"
+            " !mafsil.store.shown.replay && mafsil.link.heard.get('motion').path; })"
+        )
+        window.wait("!document.getElementById('job-run').disabled")
+        window.click("#job-run")
+        window.wait("mafsil.store.shown.replay && mafsil.link.heard.get('motion').t.length > 10")
+        window.wait("mafsil.link.heard.get('run').status === 'done'")
+        motion = window.ask("mafsil.link.heard.get('motion')")
+        tape = Recording.load(served.jobs.results / f"{job.stem}-1" / "recording")
+        assert np.all(np.diff(motion["t"]) > 0)
+        assert motion["t"][-1] == pytest.approx(tape.duration, abs=0.05)
+        assert np.abs(np.array(motion["q"]) - at(tape, np.array(motion["t"]))).max() < 1e-9
+        path, tips = np.array(window.ask("window.first")), np.asarray(served.arm.robot.fk(tape.q))[:, :3, 3]
+        apart = np.linalg.norm(path[:, None] - tips[None, ::2], axis=2).min(axis=1)
+        assert apart.max() < 5e-3
+        # 3. What is shown then is the recording.
+        window.wait("mafsil.store.shown.replay?.first.number === 1")
+        for key in ("3", "tip_error"):
+            window.ask(
+                f"(f => {{ f.value = '{key}'; f.dispatchEvent(new Event('change')); }})"
+                "(document.getElementById('signal'))"
+            )
+            assert window.ask("document.querySelectorAll('#curves .curve').length") == 1
+        assert not window.errors
+        served.server.shutdown()
+
+
+def write_when_ready(window: Browser, old: str, new: str) -> None:
+    """Replace words of the job once they stand there."""
+    window.wait(f"document.getElementById('job')?.value.includes({json.dumps(old)})")
+    write(window, old, new)
 
 
 def test_python_finds_configurations(studio: Studio, windows: tuple[Browser, Browser]) -> None:

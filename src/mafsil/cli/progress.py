@@ -42,6 +42,9 @@ class Progress:
             print(say(f"cli.{stage}"), file=sys.stderr, flush=True)
         self.update(0.0)
 
+    def show_plan(self, plan: object) -> None:
+        """A line has no room for it."""
+
     def update(self, share: float) -> None:
         """The stage is done to this share, 0 .. 1."""
         now = time.monotonic()

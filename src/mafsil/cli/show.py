@@ -221,6 +221,8 @@ def _draw_into(mechanism: Mechanism, path: Path) -> None:
         from mafsil.page import show as page_of
 
         page_of(mechanism).write(path)
+    elif path.suffix.lower() == ".png" and pages.chromium() is not None:
+        pages.show_as(mechanism, mechanism.name).photograph(path)
     else:
         from mafsil.figures import plot_mechanism
 

@@ -16,6 +16,7 @@ from mafsil.job.plan_simulation import simulate_plan
 from mafsil.job.run import Run
 from mafsil.job.searching import search_remarks
 from mafsil.robot import Robot
+from mafsil.simulation.live_log import RunListener
 
 
 def drive(
@@ -27,7 +28,7 @@ def drive(
     *,
     explained: bool = True,
     again: Callable[[float], None] = lambda share: None,
-    log: str | os.PathLike[str] | None = None,
+    log: str | os.PathLike[str] | RunListener | None = None,
 ) -> Run:
     """Simulate a plan and judge the run.
 
@@ -38,7 +39,7 @@ def drive(
         progress: called with the share of the time that has been simulated.
         explained: whether a job that failed is driven again, to find the causes.
         again: called with the share of that which is done.
-        log: path of a live log, `.mcap`; none if None.
+        log: path of a live log, `.mcap`, or what else hears of the ticks; none if None.
 
     Raises:
         JobError: friction is too stiff for the integrator that is asked

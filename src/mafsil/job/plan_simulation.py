@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from warnings import catch_warnings
@@ -34,7 +34,6 @@ from mafsil.robot import Robot, as_open_tree
 from mafsil.simulation import (
     ClosedPlant,
     Deadlines,
-    LiveLog,
     MuJoCoPlant,
     Plant,
     Recording,
@@ -48,6 +47,7 @@ from mafsil.simulation.closed_plant import plant_of
 from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.fused import WORTH, can_fuse
 from mafsil.simulation.kinematic_run import as_planned
+from mafsil.simulation.live_log import LiveLog, RunListener
 from mafsil.simulation.recording import join_recordings
 from mafsil.simulation.scaled_gains import scale_gains
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
@@ -88,7 +88,7 @@ def simulate_plan(
     plan: Plan,
     progress: Callable[[float], None] = lambda share: None,
     *,
-    log: str | os.PathLike[str] | None = None,
+    log: str | os.PathLike[str] | RunListener | None = None,
     difference: Difference = AS_ASKED,
 ) -> Run:
     """Simulate a plan; the run is not judged, its remarks are those of the simulation.
@@ -98,7 +98,7 @@ def simulate_plan(
         robot: with its tool.
         plan: the motion.
         progress: called with the share of the time that has been simulated.
-        log: path of a live log, `.mcap`; none if None.
+        log: path of a live log, `.mcap`, or what else hears of the ticks; none if None.
         difference: from what the job says.
 
     Raises:
@@ -118,7 +118,7 @@ def simulate_plan(
     method, remark = _method(job, planned, plants)
     if job.simulation.plant == "mujoco":
         remark = (*remark, Remark("good", "job.other_plant", {"plant": plants[0].engine}))
-    with nullcontext() if log is None else LiveLog(log, plan.duration) as live:
+    with _listener(log, plan) as live:
         recordings, driven = _record(
             job, plan, list(zip(planned, models, plants, strict=True)), method, progress, live, difference
         )
@@ -138,11 +138,18 @@ def simulate_plan(
     return Run(job, text, robot, plan, recording, tuple(driven), stopped, remarks=remark)
 
 
-def _as_planned(job: Job, plan: Plan, log: str | os.PathLike[str] | None) -> Recording:
+def _listener(
+    log: str | os.PathLike[str] | RunListener | None, plan: Plan
+) -> AbstractContextManager[RunListener | None]:
+    """What hears of the ticks: as it is given, or a log at a path, which is closed at the end."""
+    return nullcontext(log) if log is None or isinstance(log, RunListener) else LiveLog(log, plan.duration)
+
+
+def _as_planned(job: Job, plan: Plan, log: str | os.PathLike[str] | RunListener | None) -> Recording:
     """The recording of an arm that follows its plan exactly; also in a log, if one is asked for."""
     tape = join_recordings([as_planned(one.load.robot, one.trajectory, control_period(job)) for one in stretches(plan)])
-    if log is not None:
-        with LiveLog(log, plan.duration) as live:
+    with _listener(log, plan) as live:
+        if live is not None:
             live.begin(tape.metadata)
             live.add(tape.arrays())
             live.end(tape.metadata | {"status": tape.status.name})
@@ -155,7 +162,7 @@ def _record(
     parts: list[tuple[Stretch, Robot, Plant]],
     method: str,
     progress: Callable[[float], None],
-    log: LiveLog | None,
+    log: RunListener | None,
     difference: Difference,
 ) -> tuple[list[Recording], list[Driven]]:
     """Stretch by stretch, up to the first that fails."""

@@ -37,6 +37,7 @@ from mafsil.job.variation_table import SPREADS, Normal, VariationTable
 from mafsil.robot import Robot
 from mafsil.simulation import Normal as DrawnNormal
 from mafsil.simulation import Scenario, Variation, cluster_executor, monte_carlo
+from mafsil.simulation.live_log import RunListener
 from mafsil.simulation.run import Progress
 from mafsil.simulation.stepping import DEFAULT, IMPLICIT_FRICTION, STIFF
 
@@ -53,11 +54,16 @@ class Watcher(Protocol):
     def update(self, share: float) -> None:
         """Share of the stage that is done."""
 
+    def show_plan(self, plan: Plan) -> None:
+        """The motion is planned."""
+
 
 class _Nobody:
     def enter(self, stage: str) -> None: ...
 
     def update(self, share: float) -> None: ...
+
+    def show_plan(self, plan: Plan) -> None: ...
 
 
 class _Again:
@@ -81,7 +87,7 @@ def solve(
     watcher: Watcher | None = None,
     source: str = "<text>",
     *,
-    log: str | os.PathLike[str] | None = None,
+    log: str | os.PathLike[str] | RunListener | None = None,
     cluster: str | None = None,
 ) -> Run | Refusal:
     """Solve a job end to end.
@@ -92,7 +98,7 @@ def solve(
         folder: to which the path of a robot file is relative.
         watcher: called as it goes on.
         source: name of the file, for errors.
-        log: path of a live log of the run, `.mcap`; none if None.
+        log: path of a live log of the run, `.mcap`, or what else hears of its ticks; none if None.
         cluster: for a job with `[variation]`, a number of worker processes here, or the address of a dask scheduler;
             this process if None.
 
@@ -112,6 +118,7 @@ def solve(
     if isinstance(found, Refusal):
         return found
     motion = found
+    eye.show_plan(motion)
     run = drive(job, text, robot, motion, eye.update, again=_Again(eye).update, log=log)
     return run if job.variation is None else _vary(run, eye, cluster)
 

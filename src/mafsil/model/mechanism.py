@@ -59,6 +59,7 @@ class Provenance:
         remarks: every warning of the file's reader: what was guessed, normalised, ignored or dropped; the notes say
             the first of them in English.
         choice: of the tip, where the description left it open and others could be meant.
+        postures: that it names, each with the values of joints by name [rad | m].
     """
 
     source: str = ""
@@ -66,6 +67,7 @@ class Provenance:
     notes: tuple[str, ...] = ()
     remarks: tuple[Remark, ...] = field(default=(), repr=False, compare=False)
     choice: TipChoice | None = field(default=None, repr=False, compare=False)
+    postures: tuple[tuple[str, Mapping[str, float]], ...] = field(default=(), repr=False, compare=False)
 
 
 @dataclass(frozen=True, eq=False)

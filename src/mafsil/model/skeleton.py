@@ -15,6 +15,8 @@ from mafsil.model.shape import ACCENT, HOUSING, OUTLINE, SHELL, Box, Capsule, Co
 
 THICK, THIN = 0.046, 0.025
 """Radius of the tubes at the base and at the last link, as fractions of the reach."""
+SLIMMER = 0.35
+"""By how much of their thickness tubes get thinner with every loop: many legs stand where one arm would."""
 SHORTEST = 0.2
 """Tubes shorter than this many radii are left out: they would not show."""
 _Z = np.array([0.0, 0.0, 1.0])
@@ -124,6 +126,7 @@ def stand(mechanism: Mechanism, top: float, floor: float) -> tuple[Shape, ...]:
 def _grown(mechanism: Mechanism, k: int, size: float) -> tuple[Shape, ...]:
     """Tubes from link k's own joint to each joint it carries (or to the tip), and a housing at each of them."""
     own = mechanism.joints[k - 1] if k else None
+    size = size / (1.0 + SLIMMER * len(mechanism.loops))
     radius = size * (THICK - (THICK - THIN) * k / max(len(mechanism.links) - 1, 1))
     shapes: list[Shape] = _pedestal(radius) if own is None else _rod(own, radius)
     carried = [joint for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True) if parent == k]

@@ -14,6 +14,7 @@ const SMOOTHING = 0.1;
 const KEPT = 500; // ms after which what a reload comes back to is kept
 const TABS = ["move", "analyse", "job", "model", "code"];
 const UNITS = { rad: { sign: "rad", factor: 1, digits: 3 }, deg: { sign: "°", factor: 180 / Math.PI, digits: 1 }, m: { sign: "m", factor: 1, digits: 3 }, mm: { sign: "mm", factor: 1000, digits: 1 } };
+const THEMES = ["system", "light", "dark"], SIGNS = { system: "◐", light: "☀", dark: "☾" };
 const byId = (id) => document.getElementById(id);
 
 /** The module of kernels, which travels compressed. */
@@ -49,6 +50,8 @@ export class App {
     this.player = new Player(this);
     this.tree = new Tree(byId("tree"), this);
     this.stage.home();
+    this.stage.finest = new URLSearchParams(location.hash.slice(1)).has("picture");
+    document.documentElement.classList.toggle("picture", this.stage.finest);
     takeState(wantedState(), this);
     this.store.listen(() => this.draw());
     this.listen();
@@ -61,6 +64,7 @@ export class App {
     click("home", () => { stage.home(); this.draw(); });
     click("undo", () => store.undo());
     click("share", () => this.share());
+    click("theme", () => this.paintTheme(THEMES[(THEMES.indexOf(store.shown.theme) + 1) % THEMES.length]));
     click("angles", () => this.measure({ angle: store.shown.angle === "rad" ? "deg" : "rad" }));
     click("lengths", () => this.measure({ length: store.shown.length === "m" ? "mm" : "m" }));
     byId("frames").addEventListener("change", ({ target }) => store.show({ frames: target.checked }));
@@ -71,15 +75,41 @@ export class App {
     });
   }
 
+  /** Light, dark, or as the reader's system has it. @param {string} theme */
+  paintTheme(theme) {
+    this.store.shown.theme = theme;
+    document.documentElement.dataset.theme = theme;
+    byId("theme").textContent = SIGNS[theme];
+    for (const name of ["aria-label", "title"]) byId("theme").setAttribute(name, this.words.text(`theme_${theme}`));
+    this.stage.readColours();
+    this.stage.changed();
+  }
+
   /** The unit of a length or an angle: how it is written, and how many there are in a metre or a radian. */
   unit(prismatic) {
     return UNITS[prismatic ? this.store.shown.length : this.store.shown.angle];
+  }
+
+  /**
+   * A unit as it is written now: how many there are in one, for a curve of a plot.
+   *
+   * @param {string} unit  such as "rad/s", or "rad, m" for joints of both kinds
+   * @param {number} curve  whose number is that of a joint
+   */
+  scale(unit, curve) {
+    const parts = unit.split(", ").map((part) => {
+      const [, base, rest = ""] = /^(rad|m)(\/s)?$/.exec(part) ?? [], { factor, sign } = base ? this.unit(base === "m") : { factor: 1, sign: part };
+      return { factor, sign: sign + rest };
+    });
+    const { factor } = parts[Number(parts.length > 1 && Boolean(this.data.robot.joints[curve]?.prismatic))];
+    return { factor, sign: parts.map(({ sign }) => sign).join(", ") };
   }
 
   /** All numbers in other units. */
   measure(units) {
     this.store.show(units);
     this.mount();
+    for (const one of this.joined) one.spoken?.();
   }
 
   /** The address of this state, to be sent to somebody. */
@@ -150,13 +180,14 @@ export class App {
     }
     this.mountTabs();
     this.turn(this.tab);
+    this.paintTheme(store.shown.theme);
     this.tree.speak();
     this.player.speak();
   }
 
   /**
    * Something beside the cards: its time passes and it is brought up to date with every picture, where another language
-   * was chosen it is called, and it adds to what is drawn.
+   * or unit was chosen it is called, and it adds to what is drawn.
    *
    * @param {{tick?: (app: App, now: number) => boolean, update?: () => void, spoken?: () => void,
    *          items?: (stage: Stage) => object[]}} one

@@ -313,6 +313,8 @@ class ClosedArm:
     def kernels(self, q: JointVector, *, masses: bool) -> Mapping[str, Kernel]:
         """Of (guess, motion of the moved joints) to that of all joints; of (q, qd, qdd) to efforts of the driven ones.
 
+        And of q to the twist of the tip per rate of every joint, which the page joins with the rates that loops allow.
+
         Args:
             q: (n,) with closed loops.
             masses: whether efforts mean something.
@@ -323,6 +325,7 @@ class ClosedArm:
             return {}
         moved = replace(moved, driven=tuple(driven))
         found = {"closed_following": closed_kernels.following_kernel(self.robot.mechanism, moved)}
+        found["tree_jacobian"] = self.robot.kernel("jacobian_body")
         if holding is not None and holding.deciding:
             found["closed_efforts"] = closed_kernels.inverse_kernel(self.robot.mechanism, holding)
         return found

@@ -13,6 +13,10 @@ from mafsil.scene.inline import attribute, embed_json, policy
 from mafsil.scene.modules import read
 
 MAIN, SERVED = "page/main.js", "studio/main.js"
+_BLANK = re.compile(r" ?(\{) ?|;? ?(\}) ?|(?<=[;:,]) |^ +|^/\*.*\*/\n", re.M)
+"""What a style does not need: blanks beside braces and behind marks, the last semicolon of a rule, comments."""
+OF_NO_RUN = ("grasp.js",)
+"""Views that a page of a run leaves out."""
 _ROBOT = {"reading": "", "languages": "", "state": "robot", "alone": "", "style": ""}
 _NEEDS, _NAME = re.compile(r"^ *needs: \[([^\]]*)\],$", re.M), re.compile(r"[\"'](\w+)[\"']")
 
@@ -33,7 +37,11 @@ def assemble(
         FileError: a module that cannot be read.
         KernelError: a module with statements that are not understood.
     """
-    style, code = "\n".join((styles(), slots["style"])).strip(), script(*views, main)
+    whole = "\n".join((styles(), slots["style"])).strip()
+    style, code = (
+        _BLANK.sub(lambda match: match.group(1) or match.group(2) or "", whole),
+        script(*views, main, recording=slots["state"] != "robot"),
+    )
     title = attribute(content.get("titles", {}).get(content["language"], content["robot"]["name"]))
     filled = (
         {"header": f"<h1><bdi>{title}</bdi></h1>"}
@@ -57,17 +65,18 @@ def styles() -> str:
     return f"{page}\n{stage}\n#views {{\n{cards}\n}}"
 
 
-def script(*modules: str) -> str:
+def script(*modules: str, recording: bool = False) -> str:
     """The page's own views and these modules as one script that leaves no names behind.
 
     Args:
         modules: paths inside the package, or absolute; the last one opens the page.
+        recording: whether it is the page of a run, without what has nothing to do with one.
 
     Raises:
         FileError: a module that cannot be read.
         KernelError: a module with statements that are not understood.
     """
-    return "(() => {\n" + one_script(*own_views(), *modules) + "\n})();"
+    return "(() => {\n" + one_script(*own_views(recording), *modules) + "\n})();"
 
 
 def needed_quantities(views: Sequence[str]) -> tuple[str, ...]:
@@ -80,7 +89,12 @@ def needed_quantities(views: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for line in lines for name in _NAME.findall(line)))
 
 
-def own_views() -> list[str]:
-    """The modules in `page/views`; each describes one view, but the one with the elements of all."""
+def own_views(recording: bool = False) -> list[str]:
+    """The modules in `page/views`; each describes one view, but the one with the elements of all.
+
+    Args:
+        recording: without those that have nothing to do with a run.
+    """
     folder = resources.files("mafsil.page").joinpath("views")
-    return sorted(f"page/views/{file.name}" for file in folder.iterdir() if file.name.endswith(".js"))
+    files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".js"))
+    return [f"page/views/{name}" for name in files if not (recording and name in OF_NO_RUN)]

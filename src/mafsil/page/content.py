@@ -16,7 +16,7 @@ from mafsil.messages import LANGUAGES, direction
 from mafsil.messages.catalogue import keys, template
 from mafsil.messages.isolates import runs
 from mafsil.messages.visible import visible
-from mafsil.model import JointKind
+from mafsil.model import Joint, JointKind, Mechanism
 from mafsil.model.dh_from_axes import dh_from_mechanism
 from mafsil.page.arm import Arm
 from mafsil.page.session import action_arguments
@@ -57,8 +57,9 @@ def content(
             "masses": [float(link.inertial.mass) if link.inertial else 0.0 for link in robot.mechanism.links],
             "loops": [visible(loop.name) for loop in robot.mechanism.loops],
             "gravity": np.asarray(robot.mechanism.gravity).tolist(),
-            "joints": [{"name": visible(j.name), "prismatic": j.kind is JointKind.PRISMATIC} for j in joints],
+            "joints": [_joint(robot.mechanism, joint) for joint in joints],
         },
+        "postures": list(_postures(arm)),
         "actions": action_arguments(),
         "settings": arm.settings,
         "kernels": {"layout": dict(module.layout), "code": _compress(module.code)},
@@ -68,17 +69,31 @@ def content(
     }
 
 
+def _joint(mechanism: Mechanism, joint: Joint) -> dict[str, Any]:
+    """A joint for the scripts: the place of its link in the list, and its axis in the frame of that link."""
+    moves = {"name": visible(joint.name), "prismatic": joint.kind is JointKind.PRISMATIC}
+    return moves | {"link": mechanism.joints.index(joint) + 1, "axis": np.asarray(joint.axis).tolist()}
+
+
+def _postures(arm: Arm) -> Iterator[dict[str, Any]]:
+    """Postures that the description names, where they say where every joint is."""
+    names = [joint.name for joint in arm.robot.mechanism.coordinates]
+    for name, values in arm.robot.mechanism.provenance.postures:
+        if values.keys() >= set(names):
+            yield {"name": visible(name), "q": [values[one] for one in names]}
+
+
 def _compress(code: bytes) -> str:
     return base64.b64encode(gzip.compress(code, 9, mtime=0)).decode("ascii")
 
 
-def _sentences(code: str, areas: Sequence[str]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+def _sentences(code: str, areas: Sequence[str]) -> Iterator[tuple[str, list[str | list[str]]]]:
     for area, name in sorted((one, name) for one in areas for name in keys(code, one)):
         yield name, sentence(code, f"{area}.{name}")
 
 
-def sentence(code: str, key: str) -> list[dict[str, Any]]:
-    """A sentence as scripts say it: cut by the package's one function into words and what keeps its own direction.
+def sentence(code: str, key: str) -> list[str | list[str]]:
+    """A sentence as scripts say it, cut by the package's one function: what keeps its own direction stands in lists.
 
     Args:
         code: of the language.
@@ -86,7 +101,7 @@ def sentence(code: str, key: str) -> list[dict[str, Any]]:
     """
     text = template(key, code)
     pieces = runs(text) if direction(code) == "rtl" else [(text, False)]
-    return [{"text": piece[0], "foreign": piece[1]} for piece in pieces]
+    return [[words] if foreign else words for words, foreign in pieces]
 
 
 def _branches(arm: Arm) -> dict[str, Any] | None:

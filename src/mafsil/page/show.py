@@ -3,23 +3,54 @@
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
 import tempfile
 import webbrowser
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias, cast
 
+from mafsil.errors import FileError, InputError
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.messages import language as current_language
 from mafsil.model import Mechanism, library
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
 from mafsil.page.assemble import assemble, needed_quantities
 from mafsil.page.content import content
+from mafsil.regular_file import whole_bytes
 from mafsil.robot import Robot, as_open_tree
 from mafsil.scene.inline import attribute
 from mafsil.whole_file import write_whole
 
+if TYPE_CHECKING:
+    import mafsil.mobility as mobility
+    import mafsil.mobility.linkages.mechanism_linkage as mechanism_linkage
+    import mafsil.parallel as parallel
+    import mafsil.parallel.legs.described as described
+else:
+    mobility = lazily("mafsil.mobility")
+    mechanism_linkage = lazily("mafsil.mobility.linkages.mechanism_linkage")
+    parallel = lazily("mafsil.parallel")
+    described = lazily("mafsil.parallel.legs.described")
+
+Closed: TypeAlias = (
+    "mobility.Linkage | mobility.FourBar | parallel.StewartPlatform | parallel.DeltaRobot | parallel.LegMechanism"
+)
+"""What closes loops and is no description yet."""
+UNSEEN = (
+    "--headless", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",
+    "--virtual-time-budget=3000", "--window-size=960,640", "--force-device-scale-factor=2",
+)  # fmt: skip
+"""Of a browser that draws one picture and ends."""
+PATIENCE = 120.0
+"""How long it may take [s]."""
+LARGEST = 64 << 20
+"""Of a picture [bytes]."""
 HEIGHT = 720
 """Of the page in a notebook [pixels]."""
 
@@ -59,6 +90,34 @@ class Page:
         write_whole(place, self.html.encode())
         return place
 
+    def photograph(self, path: str | os.PathLike[str]) -> Path:
+        """Draw the robot as the page does, with scale and axes, into a PNG file, by a Chromium that shows no window.
+
+        Args:
+            path: of the file.
+
+        Raises:
+            InputError: no Chromium is on the path of commands.
+            FileError: the place cannot be written, or the browser draws nothing.
+        """
+        program, place = chromium(), Path(path)
+        if program is None:
+            raise InputError("pictures.no_browser", path=str(place))
+        with tempfile.TemporaryDirectory(prefix="mafsil-") as folder:
+            drawn = Path(folder) / "picture.png"
+            address = self.write(Path(folder) / "page.html").as_uri() + "#picture"
+            root = hasattr(os, "geteuid") and os.geteuid() == 0  # for whom Chromium has no sandbox
+            flags = (*UNSEEN, "--no-sandbox") if root else UNSEEN
+            words = [program, *flags, f"--user-data-dir={folder}/profile", f"--screenshot={drawn}", address]
+            try:
+                said = subprocess.run(words, capture_output=True, timeout=PATIENCE, check=False).stderr
+            except subprocess.TimeoutExpired as late:
+                said = late.stderr or b""
+            if not drawn.is_file():
+                raise FileError("file.cannot_write", path=str(place), reason=said.decode(errors="replace")[-200:])
+            write_whole(place, whole_bytes(drawn, LARGEST))
+        return place
+
     def open(self) -> Path:
         """Show it in the browser, from a file in the folder for temporary files."""
         place = Path(tempfile.mkdtemp(prefix="mafsil-")) / f"{_file_name(self.robot.name)}.html"
@@ -73,7 +132,14 @@ class Page:
         return f'<iframe sandbox="{allowed}" style="{style}" srcdoc="{attribute(self.html)}"></iframe>'
 
 
-def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str | os.PathLike[str]] = ()) -> Page:
+def chromium() -> str | None:
+    """The program of a Chromium on this machine; None without any."""
+    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+
+
+def show(
+    robot: RobotLike | Closed, *, language: str | None = None, views: Sequence[str | os.PathLike[str]] = ()
+) -> Page:
     """Interactive page of a robot: sliders, inverse kinematics, Jacobian, loads, closed-loop simulation.
 
     In a notebook the page appears under the cell; `show(robot).open()` shows it in the browser,
@@ -81,14 +147,15 @@ def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str |
     `mafsil.page.Session` repeats to the same bits.
 
     Args:
-        robot: any robot; a name or a file. Its numbers stand readable in the page.
+        robot: any robot; a name or a file; a linkage of `mafsil.mobility`, a Stewart platform, a Delta robot or legs of
+            `mafsil.parallel`. Its numbers stand readable in the page.
         language: `en` or `ar`; the current one if None.
         views: files with views of your own, one each (docs/adding_a_view.md); their script runs in the page.
 
     Raises:
         ModelError: a robot without joints.
     """
-    found = as_open_tree(robot)
+    found = as_open_tree(_description(robot))
     return Page(found, language or current_language(), _python(robot, found), _absolute(views))
 
 
@@ -103,7 +170,18 @@ def show_as(mechanism: Mechanism, source: str, views: Sequence[str | os.PathLike
     return Page(as_open_tree(mechanism), current_language(), repr(source), _absolute(views))
 
 
-def _python(given: RobotLike, robot: Robot) -> str:
+def _description(robot: RobotLike | Closed) -> RobotLike:
+    """What describes a robot: a linkage or a platform on legs becomes a tree with loops."""
+    if isinstance(robot, str | os.PathLike) or hasattr(robot, "mechanism") or isinstance(robot, Mechanism):
+        return cast("RobotLike", robot)
+    if isinstance(robot, parallel.StewartPlatform | parallel.DeltaRobot | parallel.LegMechanism):
+        return described.mechanism_of_parallel(robot, type(robot).__name__)
+    if isinstance(robot, mobility.Linkage | mobility.FourBar):
+        return mobility.mechanism_of(mechanism_linkage.as_linkage(robot))
+    return robot
+
+
+def _python(given: RobotLike | Closed, robot: Robot) -> str:
     """The expression for scripts: what was given as text, a name of the library, else a name to be filled in."""
     if isinstance(given, str | os.PathLike):
         return repr(os.fspath(given))

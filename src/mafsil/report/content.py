@@ -108,6 +108,7 @@ class Scene:
         centre: (3,) middle of the scene [m].
         size: radius of the scene [m].
         floor: height of the floor [m].
+        forces: (frames, 3) what touches the tip exerts on it, in its frame [N]; None where nothing can.
     """
 
     bodies: tuple[Body, ...]
@@ -122,6 +123,7 @@ class Scene:
     centre: tuple[float, float, float]
     size: float
     floor: float
+    forces: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,8 @@ from mafsil.scene import one_script, pack_floats
 from mafsil.scene.inline import embed_json, policy
 
 MAIN = "report/template/laws.js"
+PLOT_WORDS = ("whole_time", "save_picture", "save_values")
+"""What buttons of plots say."""
 LABELS = (
     "numbers_title", "warnings_title", "source_title", "save_table", "laws_compared", "laws_compared_hint",
     "laws_curves", "laws_curves_hint", "laws_borne", "laws_borne_hint", "laws_stability", "laws_stability_hint",
@@ -116,5 +118,5 @@ def _curves(page: LawPage) -> dict[str, Any]:
 
 def _language(code: str) -> dict[str, Any]:
     sentences = {name: sentence(code, f"report.{name}") for name in LABELS}
-    sentences["other_language"] = sentence(code, "page.other_language")
+    sentences |= {name: sentence(code, f"page.{name}") for name in ("other_language", *PLOT_WORDS)}
     return {"direction": direction(code), "sentences": sentences}

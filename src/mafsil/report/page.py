@@ -178,14 +178,19 @@ def around_data(scene: Scene) -> dict[str, Any]:
 
 
 def _tape(scene: Scene) -> dict[str, Any]:
-    return around_data(scene) | {
-        "period": scene.period,
-        "end": float(scene.times[-1]),
-        "frames": len(scene.q),
-        "q": pack_floats(scene.q),
-        "tips": pack_floats(scene.tips),
-        "reference": pack_floats(scene.references),
-    }
+    forces = {} if scene.forces is None else {"forces": pack_floats(scene.forces)}
+    return (
+        around_data(scene)
+        | forces
+        | {
+            "period": scene.period,
+            "end": float(scene.times[-1]),
+            "frames": len(scene.q),
+            "q": pack_floats(scene.q),
+            "tips": pack_floats(scene.tips),
+            "reference": pack_floats(scene.references),
+        }
+    )
 
 
 @cache

@@ -87,7 +87,7 @@ def replay_scene(run: Run) -> Scene:
     beside, still = _neighbours(run, moments, floor)
     beside += [Part(body, track, 0, 0) for body, track in doors(run, moments, tips)]
     targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
-    surroundings = run.plan.surroundings
+    surroundings, touched = run.plan.surroundings, run.recording.contact_wrench
     around = [] if surroundings is None else drawn(surroundings.obstacles, size, seen)
     around += standing(run.job, size, tips[:, :3, 3])
     around += shelves([place for part in parts for place in part.lying()], around, floor, size)
@@ -104,6 +104,7 @@ def replay_scene(run: Run) -> Scene:
         centre=centre,
         size=size,
         floor=floor,
+        forces=None if touched is None else touched[rows][:, 3:],
     )
 
 

@@ -28,7 +28,7 @@ export class FlatRenderer {
     context.lineJoin = "round";
     if (view.ground) this.grid(view, width, height);
     const drawn = items.filter((item) => !item.floor).map((item) => outline(item, camera, width, height));
-    drawn.sort((a, b) => Number(b.ghost) - Number(a.ghost) || b.depth - a.depth);
+    drawn.sort((a, b) => Number(a.over) - Number(b.over) || Number(b.ghost) - Number(a.ghost) || b.depth - a.depth);
     for (const { points, colour } of drawn) {
       context.beginPath();
       points.forEach(({ x, y }, k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
@@ -63,9 +63,9 @@ export class FlatRenderer {
   }
 }
 
-function outline({ mesh, model: m, colour, ghost = false }, camera, width, height) {
+function outline({ mesh, model: m, colour, ghost = false, over = false }, camera, width, height) {
   const points = camera.projected(mesh.corners.map(([x, y, z]) => [0, 1, 2].map((r) => m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r])), width, height);
-  return { points: hull(points), colour, ghost, depth: points.reduce((sum, point) => sum + point.depth, 0) / points.length };
+  return { points: hull(points), colour, ghost, over, depth: points.reduce((sum, point) => sum + point.depth, 0) / points.length };
 }
 
 /** Convex hull of points in the plane. Reference: Andrew, Another efficient algorithm for convex hulls, 1979. */

@@ -24,6 +24,9 @@ _COMMENT = re.compile(r"^[ \t]*(?://[^\n]*|/\*\*(?:(?!\*/).)*\*/)\n", re.M | re.
 _REMARK = re.compile(r"(?<=[;,{}\])]) +//[^\n\"'`]*$|^[ \t]+", re.M)
 """What follows a statement on its line, and what stands before one: neither does anything."""
 
+_GAP = re.compile(r"(?<=[;}])\n\n+(?=\S)")
+"""Empty lines between statements."""
+
 Source = str
 """A module's path inside the package, such as `scene/matrix.js`."""
 
@@ -85,7 +88,7 @@ def _declare(text: str) -> Iterable[str]:
 
 
 def _bare(path: Source) -> str:
-    text = _REMARK.sub("", _COMMENT.sub("", _EXPORT.sub("", _IMPORT.sub("", read(path))))).strip()
+    text = _GAP.sub("\n", _REMARK.sub("", _COMMENT.sub("", _EXPORT.sub("", _IMPORT.sub("", read(path)))))).strip()
     strange = re.search(r"^(?:import|export)\b.*", text, re.M)
     if strange:
         raise KernelError("kernels.refused", reason=f"{path}: {strange.group(0)}")

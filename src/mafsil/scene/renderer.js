@@ -296,9 +296,9 @@ export class Renderer {
   }
 
   // 3. The bodies: opaque ones, then ghosts, of which only the nearest surface shows, then translucent ones, which write
-  // no depth.
-  drawBodies(items, shared) {
-    const gl = this.gl;
+  // no depth; at last what lies over all of them.
+  drawBodies(all, shared) {
+    const gl = this.gl, items = all.filter((item) => !item.over), over = all.filter((item) => item.over);
     const opaque = items.filter((item) => item.colour[3] >= 1);
     const ghosts = items.filter((item) => item.ghost), rest = items.filter((item) => item.colour[3] < 1 && !item.ghost);
     gl.useProgram(this.bodyProgram.program);
@@ -321,5 +321,7 @@ export class Renderer {
     gl.depthMask(false);
     for (const item of rest) this.draw(this.bodyProgram, item);
     gl.depthMask(true);
+    if (over.length) gl.clear(gl.DEPTH_BUFFER_BIT);
+    for (const item of over) this.draw(this.bodyProgram, item);
   }
 }

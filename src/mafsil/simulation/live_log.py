@@ -22,7 +22,7 @@ from math import prod
 from pathlib import Path
 from time import perf_counter
 from types import TracebackType
-from typing import BinaryIO, TypeAlias
+from typing import BinaryIO, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,30 @@ INTERVAL = 5e-3
 CHUNK = 1 << 20
 """Bytes of a block from which on it is written in parts."""
 NANOSECONDS = 1e9
+
+
+@runtime_checkable
+class RunListener(Protocol):
+    """What hears of runs while they go on, as a `LiveLog` does.
+
+    Attributes:
+        fault: why it hears no more, or empty.
+    """
+
+    fault: str
+
+    def begin(self, metadata: Mapping[str, object]) -> None:
+        """A run begins."""
+
+    def is_due(self) -> bool:
+        """Whether the next block of ticks should be added."""
+        ...
+
+    def add(self, rows: Mapping[str, Floats]) -> None:
+        """Ticks of the run."""
+
+    def end(self, metadata: Mapping[str, object]) -> None:
+        """The run has ended."""
 
 
 class LiveLog:
@@ -196,13 +220,13 @@ class LiveLog:
 
 
 @contextmanager
-def log_of(log: LiveLog | str | os.PathLike[str] | None) -> Generator[LiveLog | None]:
+def log_of(log: RunListener | str | os.PathLike[str] | None) -> Generator[RunListener | None]:
     """A log to write to: one that is open stays so, one that is named is closed at the end.
 
     Args:
         log: open, or its path, or None for none.
     """
-    if log is None or isinstance(log, LiveLog):
+    if log is None or isinstance(log, RunListener):
         yield log
         return
     require_kind("log", log, "LiveLog or path", *(() if isinstance(log, str) else ("__fspath__",)))

@@ -17,7 +17,7 @@ from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.simulation.clock import RealTime
 from mafsil.simulation.faults import Stopped, law_name
-from mafsil.simulation.live_log import LiveLog, log_of
+from mafsil.simulation.live_log import RunListener, log_of
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.rigid_plant import RigidPlant
 from mafsil.simulation.run import Progress, Run
@@ -47,7 +47,7 @@ def simulate(
     *,
     fused: bool | None = None,
     clock: Literal["real"] | None = None,
-    log: LiveLog | str | os.PathLike[str] | None = None,
+    log: RunListener | str | os.PathLike[str] | None = None,
     memory: LawMemory | None = None,
 ) -> Recording:
     """Run a scenario.
@@ -63,7 +63,7 @@ def simulate(
         clock: `real` lets every tick begin when it is due and counts those that are not done within their period; a
             run then takes as long as the motion. As fast as it goes if None.
         log: a file `.mcap` that grows with the run and survives the process (`pip install mafsil[record]`), or a
-            `LiveLog` for several runs; `Recording.load` reads it. None for none.
+            `LiveLog` for several runs, or what else hears of ticks; `Recording.load` reads the file. None for none.
         memory: what the law takes over from the last run with this memory, and leaves for the next: for runs that
             follow each other. None begins afresh.
 

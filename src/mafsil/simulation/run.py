@@ -19,7 +19,7 @@ from mafsil.simulation.clock import RealTime
 from mafsil.simulation.closed_plant import LoopsLost, stepper_of
 from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.faults import law_efforts, law_name, require_efforts, require_measured, task_of
-from mafsil.simulation.live_log import LiveLog
+from mafsil.simulation.live_log import RunListener
 from mafsil.simulation.point_contact import NoContactForce
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
@@ -58,7 +58,7 @@ class Run:
         self.done = self.tick = 0
         self.fault = ""
         self.clock: RealTime | None = None
-        self.log: LiveLog | None = None
+        self.log: RunListener | None = None
         self.memory: LawMemory | None = None
         self.logged: int = 0
         self._allocate()
@@ -193,7 +193,7 @@ class Run:
             self._keep(self.log, self.done)
             self.log.end(recording.metadata | {"status": recording.status.name})
 
-    def _keep(self, log: LiveLog, last: int) -> None:
+    def _keep(self, log: RunListener, last: int) -> None:
         """Write the ticks before tick `last` into the log."""
         if last > self.logged:
             log.add(self.rows(self.logged, last))

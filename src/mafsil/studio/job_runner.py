@@ -4,26 +4,32 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mafsil.errors import FileError, InputError, MafsilError
+from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.job import Job, Refusal, Run, parse_job, solve
 from mafsil.job.equipment import equip_robot
 from mafsil.job.lines import Places
+from mafsil.job.plan import Plan
 from mafsil.messages import say
 from mafsil.messages.visible import visible
+from mafsil.page.session import pose_from
+from mafsil.report.content import Scene
 from mafsil.report.page import around_data
 from mafsil.report.replay import waiting_scene
 from mafsil.report.results import require_replaceable, write_results
 from mafsil.robot import Robot
 from mafsil.studio.broadcast import Broadcast
+from mafsil.studio.recordings import PAUSE, LiveMotion
 from mafsil.studio.sentences import in_all_languages
 from mafsil.whole_file import write_whole
 
-PAUSE = 0.1
-"""Between two messages about progress [s]."""
 MOST_FINDINGS = 40
 STEM = "job"
 
@@ -61,6 +67,7 @@ class JobRunner:
         self._sent_at = 0.0
         self.job: Mapping[str, Any] = self._job(text, "")
         self.run: Mapping[str, Any] = {"kind": "run", "status": "none"}
+        self.motion = LiveMotion(broadcast)
 
     @property
     def running(self) -> bool:
@@ -130,6 +137,10 @@ class JobRunner:
         if time.monotonic() - self._sent_at > PAUSE:
             self._progress(str(self.run.get("stage")), share)
 
+    def show_plan(self, plan: Plan) -> None:
+        """The motion is planned."""
+        self.motion.show_plan(plan)
+
     def _work(self, text: str) -> None:
         try:
             self._finish(self._solve(text))
@@ -143,7 +154,9 @@ class JobRunner:
             self._tell(status="wrong", code="cli.internal", line=None, sentence=failure)
 
     def _solve(self, text: str) -> Run | Refusal:
-        return solve(parse_job(text, self._source, folder=self._folder), text, self._folder, self, self._source)
+        self.motion = LiveMotion(self._broadcast)
+        job = parse_job(text, self._source, folder=self._folder)
+        return solve(job, text, self._folder, self, self._source, log=self.motion)
 
     @property
     def _folder(self) -> Path:
@@ -186,6 +199,7 @@ class JobRunner:
             if scene.q.shape[1] == self._robot.n:
                 job |= {"title": visible(asked.title), "start": scene.q[0].tolist(), "around": around_data(scene)}
                 job["lines"] = _lines_of_targets(asked, text)
+                job["remarks"] = list(islice(_beyond_reach(asked, scene, self._robot, job["lines"]), MOST_FINDINGS))
         except MafsilError as error:
             job["wrong"] = complaint(error)
         return job
@@ -204,6 +218,23 @@ def _lines_of_targets(job: Job, text: str) -> list[int | None]:
     """For each target the line on which its position stands; None of what is relative, or comes from another file."""
     places, goals = Places(text).of(job), [(k, move.pose) for k, move in enumerate(job.move) if move.pose is not None]
     return [None if goal.relative else places.line(("move", k, "pose", "position")) for k, goal in goals]
+
+
+def _beyond_reach(job: Job, scene: Scene, robot: Robot, lines: list[int | None]) -> Iterator[dict[str, Any]]:
+    """Targets that no configuration reaches: the line, the reason and what helps; of the tool that is mounted first."""
+    moves = takewhile(lambda move: move.tool is None, job.move) if not robot.mechanism.loops else ()
+    goals = [move.pose for move in moves if move.pose is not None]
+    for goal, line, (_, at) in zip(goals, lines, scene.targets, strict=False):
+        if goal.carrier is not None:
+            continue
+        T = np.array(pose_from(at[:3].tolist(), at[3:].tolist())).reshape(4, 4)
+        found = inverse_kinematics(robot, T, q0=scene.q[0], task=goal.task)
+        assert isinstance(found, SolutionSet)
+        if not (len(found) and np.any(found.within)):
+            yield {
+                "line": line,
+                "sentence": in_all_languages(lambda code, found=found: found.explain(code).split("\n")[0]),
+            }
 
 
 def complaint(error: MafsilError) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import { carried, complain, opened } from "page/app.js";
 import { written } from "page/views/elements.js";
 import { ServerLink, serverTransport } from "page/core/link.js";
+import { posed } from "page/core/tape.js";
 
 /** The text with another position from a line on, counted from one; null where none stands in that table. */
 function placedIn(text, line, position) {
@@ -12,11 +13,37 @@ function placedIn(text, line, position) {
   return text.slice(0, begin + found.index) + `position = [${position.join(", ")}]` + rest.slice(found.index + found[0].length);
 }
 
+/** A run that was begun here: its path as soon as it is planned, the arm along what is computed of it, its recording. */
+function follow({ link, store, player }) {
+  const { watch } = link, motion = link.heard.get("motion"), run = link.heard.get("run"), shows = () => store.shown.replay?.first === watch.motion;
+  if (!watch) return;
+  if (motion && motion !== watch.motion) {
+    const shown = watch.motion && shows();
+    watch.motion = Object.assign(motion, { live: true });
+    if (shown) store.shown.replay.first = motion;
+    player.scenery?.trace(motion.path);
+  }
+  if (motion?.t.length && !watch.begun) {
+    watch.begun = true;
+    store.show({ left: null, replay: posed({ first: motion, second: null, time: 0, playing: true }) });
+  }
+  if (run?.status === "running" || !watch.told) {
+    watch.told ||= run?.status === "running";
+    return;
+  }
+  link.watch = null;
+  if (motion) motion.live = false;
+  if (!run.recording || (watch.begun && !shows())) return;
+  document.getElementById("view-recordings").open = true;
+  store.show({ chosen: [run.recording, null], plays: true });
+}
+
 const whole = carried();
 
 opened(whole, (store) => new ServerLink(store, whole.actions, serverTransport(), crypto.randomUUID().slice(0, 8)))
   .then((app) => {
     let seen = null;
+    app.join({ update: () => follow(app) });
     /** The scene of the job as it is written now; the first one turns to the tab of the job. */
     app.join({ update: () => {
       const job = app.link.heard.get("job");

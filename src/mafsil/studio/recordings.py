@@ -1,8 +1,12 @@
-"""Recorded motions that windows replay, and how far two of them are apart."""
+"""Recorded motions that windows replay, and how far two of them are apart.
+
+The motion of a run while it is computed.
+"""
 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +16,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
+from mafsil.job.plan import Plan
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
 from mafsil.simulation import Recording
@@ -21,6 +26,10 @@ MOST_ROWS = 3000
 """Of a recording that a window gets; between them it draws straight lines."""
 MOST_KEPT = 12
 """Recordings at one time; then the oldest goes, its files stay."""
+PAUSE = 0.1
+"""Between two messages about a run [s]."""
+FRAME = 1 / 30
+"""Between two places of a motion that is being computed [s]."""
 POINTS = 1000
 """Times at which two recordings are compared."""
 
@@ -148,6 +157,64 @@ class Recordings:
             "report": one.report is not None,
             "draws": self._draws(one.recording),
         }
+
+
+class LiveMotion:
+    """The motion of a run that windows see before it has ended: the planned path of the tip, then places as they come.
+
+    Args:
+        broadcast: to the windows.
+
+    Attributes:
+        message: all that is known by now; empty before the plan is.
+        fault: as of a log that is never full.
+    """
+
+    def __init__(self, broadcast: Broadcast) -> None:
+        self.message: dict[str, Any] = {}
+        self.fault, self._broadcast, self._pause = "", broadcast, FRAME
+        self._start = self._end = self._sent = 0.0
+
+    def show_plan(self, plan: Plan) -> None:
+        """The motion is planned.
+
+        Args:
+            plan: of the run.
+        """
+        self._pause = max(FRAME, plan.duration / MOST_ROWS)
+        moments = np.linspace(0.0, plan.duration, min(MOST_ROWS, 2 + int(plan.duration / FRAME)))
+        legs = plan.legs_at(moments)
+        q = np.empty((len(moments), len(plan.start)))
+        for k in np.unique(legs):
+            q[legs == k] = plan.legs[int(k)].trajectory.at(moments[legs == k] - plan.starts[k]).u
+        path = plan.tips(moments, q)[:, :3, 3]
+        with self._broadcast.lock:
+            self.message = {"kind": "motion", "duration": plan.duration, "path": path.tolist(), "t": [], "q": []}
+            self._broadcast.send(self.message)
+
+    def begin(self, metadata: Mapping[str, object]) -> None:
+        """A stretch of the motion begins where the one before ended."""
+        self._start = self._end
+
+    def is_due(self) -> bool:
+        """Whether windows wait for more."""
+        return time.monotonic() - self._sent > PAUSE
+
+    def add(self, rows: Mapping[str, Floats]) -> None:
+        """Ticks of the run."""
+        t = rows["t"] + self._start
+        frames = np.floor(t / self._pause)
+        before = np.floor(self._end / self._pause) if self.message["t"] else -1.0
+        kept = np.flatnonzero((np.diff(frames, prepend=before) > 0) & np.isfinite(rows["q"]).all(axis=-1))
+        self._end, self._sent = float(t[-1]), time.monotonic()
+        more = {"t": t[kept].tolist(), "q": rows["q"][kept].tolist()}
+        with self._broadcast.lock:
+            for name, values in more.items():
+                self.message[name] += values
+            self._broadcast.send({"kind": "ticks", **more})
+
+    def end(self, metadata: Mapping[str, object]) -> None:
+        """A stretch has ended."""
 
 
 def at(recording: Recording, t: Floats) -> Floats:

@@ -150,7 +150,8 @@ class Studio:
         self.server.serve_forever()
 
     def _everything(self) -> Mapping[str, Any]:
-        latest = (self.jobs.job, self.jobs.run, self.recordings.list_recordings())
+        motion = [self.jobs.motion.message] if self.jobs.running and self.jobs.motion.message else []
+        latest = (self.jobs.job, self.jobs.run, self.recordings.list_recordings(), *motion)
         return {"kind": "all", "journal": self.journal.lines(), "rest": {one["kind"]: one for one in latest}}
 
     def _look(self, path: str) -> Content | None:

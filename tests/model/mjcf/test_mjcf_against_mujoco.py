@@ -91,3 +91,23 @@ def test_coupling_is_a_mimic_with_the_references() -> None:
     (mimic,) = [joint.mimic for joint in mechanism.joints if joint.mimic]
     assert (mimic.leader, mimic.multiplier) == ("f1", 0.5)
     assert mimic.offset == pytest.approx(0.002 - 0.5 * 0.01, abs=1e-18)
+
+
+KEYS = """<mujoco><worldbody><body name="a"><inertial pos="0 0 .1" mass="1" diaginertia=".1 .1 .1"/>
+<joint name="turn" axis="0 0 1" ref="20"/><body name="b" pos="0 0 .3"><inertial pos="0 0 .1" mass="1" diaginertia=
+".1 .1 .1"/><joint name="slide" type="slide" axis="1 0 0"/><joint name="swing" axis="0 1 0"/><body name="tcp"
+pos=".2 0 .1"><inertial pos="0 0 0" mass=".1" diaginertia=".01 .01 .01"/></body></body></body></worldbody>
+<keyframe><key name="home" qpos="0.5 0.1 -0.4"/><key time="1" qpos="1 0 1" qvel="0 0 0"/></keyframe></mujoco>"""
+
+
+def test_keyframes_are_postures() -> None:
+    mechanism, model, data = compiled(KEYS)
+    assert [name for name, _ in mechanism.provenance.postures] == ["home", "key 1"]
+    for k, (_, q) in enumerate(mechanism.provenance.postures):
+        mujoco.mj_resetDataKeyframe(model, data, k)
+        mujoco.mj_kinematics(model, data)
+        assert np.abs(poses(mechanism, dict(q))["tcp"][:3, 3] - data.body("tcp").xpos).max() < 1e-12
+    names = {joint.name for joint in mechanism.coordinates}
+    assert all(q.keys() == names for _, q in mechanism.provenance.postures)
+    short, _, _ = compiled(KEYS.replace('qpos="0.5 0.1 -0.4"', 'ctrl=""'))
+    assert [name for name, _ in short.provenance.postures] == ["key 1"]

@@ -5,7 +5,7 @@ Files that an MJCF file includes: put in place of the `include`, if they lie whe
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
@@ -17,7 +17,7 @@ from mafsil.model.diagnostics import Diagnostic, shown
 from mafsil.model.faults import EMPTY_ATTRIBUTE, INCLUDE_REFUSED, INCLUDE_TWICE, NO_LINKS, WRONG_ROOT
 from mafsil.model.file_reader import Format
 from mafsil.model.link import Link
-from mafsil.model.mechanism import Mechanism
+from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.mimics import resolve_mimics
 from mafsil.model.mjcf.body import TreeReader, hung_frames
 from mafsil.model.mjcf.coupling import read_couplings
@@ -61,7 +61,20 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     settings = model.library.settings
     frames = hung_frames(tree)
     links, marks = _scale(tree.links, settings.total_mass), {joint.child for joint in frames}
-    return Mechanism.assemble(name, links, (*joints, *frames), loops=loops, gravity=settings.gravity, marks=marks)
+    origin = Provenance(postures=tuple(_postures(references)))
+    return Mechanism.assemble(
+        name, links, (*joints, *frames), loops=loops, gravity=settings.gravity, marks=marks, provenance=origin
+    )
+
+
+def _postures(references: References) -> Iterator[tuple[str, dict[str, float]]]:
+    """Postures that keyframes name: places of all joints in the order of the file, and of nothing else."""
+    names = [joint.name for joint in references.tree.joints if joint.moves]
+    for k, (key, _) in enumerate(references.sections("keyframe")):
+        if len(key.get("qpos", "").split()) == len(names):
+            values = references.reading.vector(key, "qpos", len(names))
+            if values is not None:
+                yield key.get("name") or f"key {k}", dict(zip(names, values, strict=True))
 
 
 def _model(reading: Reading, root: Element, inclusion: Inclusion) -> Model:

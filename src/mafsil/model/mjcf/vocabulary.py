@@ -89,14 +89,16 @@ ROWS: Mapping[str, Row] = MappingProxyType(
     {
         "mujoco": Row(
             "model",
-            children="compiler option default asset worldbody tendon equality actuator deformable include",
+            children="compiler option default asset worldbody tendon equality actuator deformable include keyframe",
             whole={
                 Treatment.PICTURE: "visual statistic",
                 Treatment.CONTACT: "contact",
                 Treatment.SENSING: "sensor",
-                Treatment.DATA: "size custom keyframe extension",
+                Treatment.DATA: "size custom extension",
             },
         ),
+        "keyframe": Row(children="key"),
+        "key": Row("name qpos", {Treatment.DATA: "time qvel act mpos mquat plastic", Treatment.COMMAND: "ctrl"}),
         "compiler": Row(
             "angle autolimits balanceinertia boundinertia boundmass coordinate eulerseq fitaabb inertiafromgeom "
             "inertiagrouprange settotalmass meshdir assetdir strippath",

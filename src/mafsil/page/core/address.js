@@ -14,6 +14,7 @@ export const wantedState = () => history.state?.kept || location.hash.slice(1);
 export function stateText({ store, stage, words, tab }) {
   const { camera } = stage, { shown } = store, replay = shown.replay ?? shown.left;
   const fields = { q: listOf(store.state.q), camera: listOf([...camera.target, camera.azimuth, camera.elevation, camera.distance]), tab, language: words.chosen, units: `${shown.angle},${shown.length}` };
+  if (shown.theme !== "system") fields.theme = shown.theme;
   if (shown.replay) delete fields.q;
   if (replay) fields.t = replay.time.toFixed(3);
   return new URLSearchParams(fields).toString();
@@ -30,6 +31,7 @@ export function takeState(text, app) {
   const [angle, length] = (given.get("units") ?? "").split(",");
   if (["rad", "deg"].includes(angle)) store.shown.angle = angle;
   if (["m", "mm"].includes(length)) store.shown.length = length;
+  if (["light", "dark"].includes(given.get("theme"))) store.shown.theme = given.get("theme");
   if (given.get("language") in data.languages) words.chosen = given.get("language");
   if (app.tabs.includes(given.get("tab"))) app.tab = given.get("tab");
   const q = numbersOf(given.get("q"), n), camera = numbersOf(given.get("camera"), 6);

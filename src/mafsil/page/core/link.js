@@ -111,7 +111,8 @@ export class ServerLink {
       this.confirmed = this.confirmed.filter((one) => one.id !== message.id);
       if (this.pending.get(message.id) === null) this.pending.delete(message.id);
     } else {
-      this.heard.set(message.kind, message);
+      if (message.kind === "ticks") lengthen(this.heard.get("motion"), message);
+      else this.heard.set(message.kind, message);
       this.store.changed("heard");
       return;
     }
@@ -148,6 +149,12 @@ export class ServerLink {
     this.connected = now;
     this.store.changed("heard");
   }
+}
+
+/** More of a motion that is being computed. */
+function lengthen(motion, { t, q }) {
+  motion?.t.push(...t);
+  motion?.q.push(...q);
 }
 
 /** Numbers without the sign of zero, which JSON does not carry. */

@@ -1,7 +1,8 @@
 // A recorded motion: where it has the arm at a time, how it goes on while it plays, and how one comes back to it.
 
 /**
- * @typedef {{t: ArrayLike<number>, q: ArrayLike<number>[]}} Tape  times [s] and coordinates
+ * @typedef {{t: ArrayLike<number>, q: ArrayLike<number>[], live?: boolean, duration?: number}} Tape  times [s] and
+ *   coordinates; live: more of them come, up to the duration
  * @typedef {{first: Tape, second: Tape | null, time: number, playing: boolean, speed?: number, since?: number,
  *            q?: number[], ghost?: number[] | null}} Replay
  *   first: of the arm; second: of a ghost beside it; since: when the last picture was made [ms]; q, ghost: coordinates
@@ -57,7 +58,7 @@ export function goOn({ shown: { replay } }, now) {
   if (replay.playing) {
     if (replay.since) replay.time = Math.min(end, replay.time + Math.min(LONGEST, (now - replay.since) / 1000) * (replay.speed ?? 1));
     replay.since = now;
-    replay.playing = replay.time < end;
+    replay.playing = replay.time < end || Boolean(replay.first.live);
   }
   posed(replay);
   return replay.playing;

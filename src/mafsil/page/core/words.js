@@ -3,7 +3,7 @@
 
 /**
  * @typedef {{text: string, foreign: boolean}} Run
- * @typedef {{direction: "ltr" | "rtl", sentences: Object<string, Run[]>}} Language
+ * @typedef {{direction: "ltr" | "rtl", sentences: Object<string, (string | [string])[]>}} Language  foreign runs in lists
  */
 
 export class Words {
@@ -27,7 +27,7 @@ export class Words {
   runs(key, values = {}) {
     const runs = this.languages[this.chosen].sentences[key];
     if (!runs) throw new RangeError(`no sentence is called ${key}`);
-    return runs.map(({ text, foreign }) => ({ foreign, text: filled(text, values) }));
+    return runs.map((run) => ({ foreign: Array.isArray(run), text: filled(String(run), values) }));
   }
 
   /** The same as one text, for attributes and for what is written anew with every frame. */

@@ -16,6 +16,25 @@ function closedAt(guess, driven, { settings, kernels }) {
 }
 
 /**
+ * The body Jacobian of the tip, 6 rows of n: of all joints, or with loops of the driven joints, which the others follow.
+ *
+ * @param {number[]} q
+ * @param {import("../core/state.js").Arm} arm
+ * @returns {{J: ArrayLike<number>, n: number, joints: number[]}}  joints: whose columns they are
+ */
+export function tipJacobian(q, { settings: { n, driven }, kernels }) {
+  if (!driven) return { J: kernels.jacobian_body(q)[0], n, joints: q.map((_, k) => k) };
+  const here = driven.map((k) => q[k]), rest = new Array(driven.length).fill(0), a = driven.length;
+  const rates = driven.map((_, k) => Array.from(kernels.closed_following(q, [...here, ...rest.with(k, 1), ...rest])[1]));
+  const tree = kernels.tree_jacobian(q)[0];
+  const J = Float64Array.from({ length: 6 * a }, (_, at) => rates[at % a].reduce((sum, rate, j) => sum + tree[n * Math.floor(at / a) + j] * rate, 0));
+  return { J, n: a, joints: driven };
+}
+
+/** Whether `tipJacobian` knows one. @param {import("../core/state.js").Arm} arm */
+export const hasJacobian = ({ kernels }) => "jacobian_body" in kernels || "tree_jacobian" in kernels;
+
+/**
  * The driven joints where they are wanted, at once or in strides; the arm where it was, with the reason, where the loops
  * do not close on the way. The same bits as `mafsil.page.Session`.
  *

@@ -4,8 +4,9 @@ import { Vector } from "../../scene/matrix.js";
 import { quaternionOf, turned } from "../core/rotations.js";
 import { branchesAt, nearestRow, poseFrom, reasonAt, tipPose } from "../loops/reach.js";
 import { searched } from "../loops/search.js";
+import { handleAt, ledBy } from "./handles.js";
 
-const GRIP = 26; // pixels around the tip
+const GRIP = 22; // pixels around the tip
 const SNAP = 0.005; // m: places of targets
 const HALVINGS = 14; // of the way to a place that is not reached
 const NUDGE = 0.01; // share of the scene's size that a key moves
@@ -38,7 +39,19 @@ export class ToolDrag {
     return Math.hypot(clientX - box.left - x, clientY - box.top - y) < GRIP;
   }
 
+  /** The handle of the tool under the pointer; null where there is none, or where the tool is not led. */
+  handleAt({ clientX, clientY }) {
+    const { stage } = this, box = stage.canvas.getBoundingClientRect();
+    return stage.awake && !this.near({ clientX, clientY }) ? handleAt(this.place().T, clientX - box.left, clientY - box.top, stage) : null;
+  }
+
   begin(event) {
+    const handle = this.handleAt(event);
+    if (handle) {
+      this.start(event.clientX, event.clientY);
+      this.going.handle = { ...handle, along: [0, 4, 8].map((r) => this.going.T[r + handle.axis]) };
+      return;
+    }
     const target = this.near(event) ? -1 : this.targetAt(event);
     if (target >= 0) {
       const position = this.stage.app.player.scenery.tape.targets[target].pose.slice(0, 3), { camera, width, height } = this.stage;
@@ -52,7 +65,7 @@ export class ToolDrag {
     const { app } = this.stage, { T, depth } = this.place();
     app.store.release();
     if (app.store.shown.replay) app.store.shown.replay.playing = false;
-    this.going = { x, y, depth, position: [T[3], T[7], T[11]], quaternion: quaternionOf(T), row: this.rowAt(T) };
+    this.going = { x, y, T, depth, position: [T[3], T[7], T[11]], quaternion: quaternionOf(T), row: this.rowAt(T) };
   }
 
   /** The branch that the arm is on. */
@@ -69,6 +82,13 @@ export class ToolDrag {
       this.going.placed = raw.map((value) => micrometres(Math.round(value / SNAP) * SNAP));
       this.stage.app.player.scenery.place(this.going.target, this.going.placed);
       this.stage.app.draw();
+      return;
+    }
+    const { handle } = this.going;
+    if (handle) {
+      const way = ledBy(handle, dx, dy, event.shiftKey), { along } = handle;
+      if (handle.kind === "shift") this.lead(Vector.plus(position, along, way), quaternion);
+      else this.lead(position, turned(quaternion, along, way));
       return;
     }
     if (event.ctrlKey) {

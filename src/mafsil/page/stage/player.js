@@ -46,12 +46,13 @@ export class Player {
 
   /** Duration of the replay [s]. */
   get end() {
-    return (this.replay && lengthOf(this.replay.first)) || 1e-9;
+    return (this.replay && (this.replay.first.duration ?? lengthOf(this.replay.first))) || 1e-9;
   }
 
   /** Something else stands around the arm. @param {object} around  as a page carries it */
   surround(around) {
-    this.scenery = new Scenery(this.app.stage.figure, around, this.app.stage.kind === "flat");
+    const { planned } = this.scenery ?? {};
+    this.scenery = Object.assign(new Scenery(this.app.stage.figure, around, this.app.stage.kind === "flat"), { planned });
     this.app.tree.speak();
     if (this.app.stage.framed) this.app.stage.frame();
     this.app.draw();
@@ -135,7 +136,8 @@ export class Player {
   items(stage) {
     const { store } = this.app;
     if (!this.scenery) return [];
-    return this.scenery.items(this.replay ? this.replay.time / this.period : 0, store.arm.kernels.forward_kinematics(store.state.q)[0], stage.colours.accent, store.shown);
+    const tip = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), frame = this.replay ? this.replay.time / this.period : 0, list = this.scenery.items(frame, tip, stage.colours.accent, store.shown);
+    return store.shown.replay ? [...list, ...stage.push(tip, this.scenery.force(frame)).map((one) => ({ ...one, over: true }))] : list;
   }
 }
 

@@ -22,7 +22,7 @@ export class Scenery {
    */
   constructor(figure, tape, flat = false) {
     const { size, renderer } = figure;
-    Object.assign(this, { figure, tape, flat, shown: true, tips: floats(tape.tips ?? ""), reference: floats(tape.reference ?? "") });
+    Object.assign(this, { figure, tape, flat, shown: true, tips: floats(tape.tips ?? ""), reference: floats(tape.reference ?? ""), forces: floats(tape.forces ?? "") });
     this.solids = figure.solids(tape.scenery);
     this.carried = tape.carried.map(({ poses, first, end }) => ({ poses: floats(poses), first, end }));
     this.fixed = tape.fixed.map((pose) => Matrix.pose(...pose));
@@ -55,11 +55,29 @@ export class Scenery {
   items(frame, tip, colour, marks = NO_MARKS) {
     const list = this.figure.placed(this.solids, this.poses(frame, tip), marks, "thing");
     this.few.forEach((place, k) => { if (!marks.hidden.has(`target ${k}`)) list.push(...this.figure.arrows(place, { scale: marks.lit === `target ${k}` ? 1.2 : 0.75, opacity: 0.62 })); });
+    list.push(...this.trail(colour));
     if (!this.shown || !this.points.length) return list;
     const aim = this.pose(this.reference, frame);
     list.push(this.figure.dot(Array.from(aim.slice(12, 15)), this.figure.size * 0.0085, colour));
     for (const axis of this.many) list.push({ ...axis, model: HERE });
     return list.concat(this.flat ? this.rods(colour) : this.tube(frame, colour));
+  }
+
+  /** The path of a tip that is only planned. @param {number[][]} points */
+  trace(points) {
+    this.planned = { points, mesh: this.flat ? null : this.figure.renderer.mesh(Shapes.tube(points, this.figure.size * 0.0032)) };
+  }
+
+  /** The same to be drawn. */
+  trail(colour) {
+    if (!this.planned || !this.shown) return [];
+    return this.flat ? this.rods(colour, this.planned.points) : [{ mesh: this.planned.mesh, model: HERE, colour: [...colour.slice(0, 3), 0.55], gloss: 0 }];
+  }
+
+  /** What touches the tip exerts on it, in its frame [N]. @param {number} frame  fractional */
+  force(frame) {
+    const k = Math.max(0, Math.min(Math.round(frame), this.forces.length / 3 - 1));
+    return Array.from(this.forces.subarray(3 * k, 3 * k + 3));
   }
 
   /** Where everything around is. */
@@ -107,9 +125,9 @@ export class Scenery {
     return list;
   }
 
-  /** The path as some straight rods. */
-  rods(colour) {
-    const step = Math.max(1, Math.ceil(this.points.length / RODS)), few = this.points.filter((_, k) => k % step === 0 || k === this.points.length - 1);
+  /** A path as some straight rods. */
+  rods(colour, points = this.points) {
+    const step = Math.max(1, Math.ceil(points.length / RODS)), few = points.filter((_, k) => k % step === 0 || k === points.length - 1);
     return few.slice(1).flatMap((to, k) => (Math.hypot(...Vector.minus(to, few[k])) > 1e-6 ? [this.figure.rod(few[k], to, colour)] : []));
   }
 }

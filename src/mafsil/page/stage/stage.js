@@ -3,12 +3,14 @@
 import { tipEllipsoids } from "../core/ellipsoids.js";
 import { Vector } from "../../scene/matrix.js";
 import { hereOf, lifted } from "../core/state.js";
+import { tipJacobian } from "../loops/follow.js";
 import { branchesAt, tipPose } from "../loops/reach.js";
 import { dhChain, dhFrames } from "../core/dh.js";
 import { written } from "../views/elements.js";
 import { Compass } from "./compass.js";
 import { ToolDrag } from "./drag.js";
 import { around } from "./figure.js";
+import { drawHandles, drawLimits, drawLoads, isAwake } from "./handles.js";
 import { Viewport } from "./viewport.js";
 
 const FORCES = 0.25; // share of the scene that the largest force is drawn with
@@ -65,11 +67,15 @@ export class Stage extends Viewport {
     if (!shown.hidden.has("tip")) list.push(...figure.triad(tip, { scale: scale("tip") }));
     if (!shown.hidden.has("base")) list.push(...figure.triad(WORLD, { scale: 1.15 * scale("base") }));
     list.push(figure.dot([tip[3], tip[7], tip[11]], figure.size * 0.024, [...this.colours.accent.slice(0, 3), 0.7]));
+    if (this.awake || this.drag.going?.handle) list.push(...drawHandles(tip, this, this.drag.going?.handle ?? this.handle));
+    if (shown.touched >= 0) list.push(...drawLimits(shown.touched, poses, this));
+    if (shown.loads) list.push(...drawLoads(poses, this));
     if (state.loop) list.push(...figure.ghost(arm.kernels.link_poses(state.goal)[0], this.colours.accent));
     if (state.loop) list.push(...this.push(tip, state.push.slice(3)));
     if (shown.frames) for (let k = 0; k < poses.length; k += 16) list.push(...figure.triad(poses.subarray(k, k + 16), { scale: 0.7 }));
     if (shown.frame >= 0) list.push(...figure.triad(dhFrames(shown.table ?? this.app.data.dh, state.q)[shown.frame], { scale: 1.5 }));
     if (shown.table) list.push(...figure.skeleton(dhChain(shown.table, state.q), this.colours.s2));
+    if (shown.preview) list.push(...figure.ghost(arm.kernels.link_poses(shown.preview)[0], this.colours.s0));
     if (shown.replay?.ghost) list.push(...figure.ghost(arm.kernels.link_poses(shown.replay.ghost)[0], this.colours.accent));
     if (shown.wish) list.push(...figure.triad(shown.wish, { opacity: 0.5 }), ...this.away(tip, shown.wish));
     if (shown.ellipsoid || shown.forces) list.push(...this.ellipsoids(tip));
@@ -111,8 +117,8 @@ export class Stage extends Viewport {
    * for only their ratios are seen.
    */
   ellipsoids(tip) {
-    const { state, shown, arm } = this.app.store, { figure, colours } = this, n = arm.settings.n;
-    const { directions, velocities, forces } = tipEllipsoids(arm.kernels.jacobian_body(state.q)[0], n, tip);
+    const { state, shown, arm } = this.app.store, { figure, colours } = this, { J, n } = tipJacobian(state.q, arm);
+    const { directions, velocities, forces } = tipEllipsoids(J, n, tip);
     const thin = figure.size * 0.002, most = Math.max(...forces.map((force) => force ?? 0)) || 1;
     const drawn = (lengths, colour) => figure.ellipsoid([tip[3], tip[7], tip[11]], directions.map((way, k) => way.map((x) => x * Math.max(lengths[k], thin))), [...colour.slice(0, 3), 0.35]);
     const list = [];
@@ -159,7 +165,11 @@ export class Stage extends Viewport {
   }
 
   hover(event) {
-    this.canvas.classList.toggle("grip", this.drag.near(event) || this.drag.targetAt(event) >= 0);
+    const { x, y } = this.drag.place(), led = !this.app.store.arm.settings.driven, before = [this.awake, this.handle?.kind, this.handle?.axis].join();
+    this.awake = led && isAwake({ x, y }, event.offsetX, event.offsetY);
+    this.handle = this.drag.handleAt(event);
+    if ([this.awake, this.handle?.kind, this.handle?.axis].join() !== before) this.changed();
+    this.canvas.classList.toggle("grip", Boolean(this.handle) || this.drag.near(event) || this.drag.targetAt(event) >= 0);
   }
 
   lead(event) {

@@ -14,7 +14,7 @@ export class Viewport {
    * @param {object} scene  bodies, surfaces, centre, size, floor
    */
   constructor(canvas, scene) {
-    Object.assign(this, { canvas, scene });
+    Object.assign(this, { canvas, scene, finest: false }); // finest: whether pictures are never made with less effort
     this.makeRenderer();
     this.figure = new Figure(this.renderer, scene);
     this.camera = new Camera(scene);
@@ -71,16 +71,20 @@ export class Viewport {
 
   /** Colours of the page, as numbers. */
   readColours() {
-    const style = getComputedStyle(document.documentElement);
-    const colour = (name) => [1, 3, 5].map((i) => parseInt(style.getPropertyValue(name).trim().slice(i, i + 2), 16) / 255).concat(1);
+    const probe = document.body.appendChild(document.createElement("i"));
+    const colour = (name) => {
+      probe.style.color = `var(${name})`;
+      return getComputedStyle(probe).color.match(/[\d.]+/g).slice(0, 3).map((part) => Number(part) / 255).concat(1);
+    };
     this.colours = Object.fromEntries(["accent", "bad", "floor", "grid", "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"].map((name) => [name, colour(`--${name}`)]));
+    probe.remove();
   }
 
   /** Draw these: at once, and finely when nothing has moved for a while. @param {object[]} items */
   render(items) {
     clearTimeout(this.resting);
-    this.draw(items, false);
-    if (this.renderer.light) this.resting = setTimeout(() => this.draw(items, true), REST);
+    this.draw(items, this.finest);
+    if (this.renderer.light && !this.finest) this.resting = setTimeout(() => this.draw(items, true), REST);
   }
 
   draw(items, still) {

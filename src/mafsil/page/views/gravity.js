@@ -10,6 +10,12 @@ function loopEfforts([tau, , missing, , needed, , doubt]) {
   return doubt[0] < 1 && missing[0] <= HELD * Math.max(1, needed[0]) ? tau : tau.map(() => NaN);
 }
 
+/** The joints with motors, and the efforts that hold the arm still there; no numbers where nothing does. */
+export function heldEfforts({ arm: { settings: { motors, n }, kernels }, state: { q } }, { robot }) {
+  const rest = new Array(n).fill(0);
+  return motors ? { motors, efforts: loopEfforts(kernels.closed_efforts(q, rest, rest)) } : { motors: robot.joints.map((_, k) => k), efforts: kernels.gravity_torque(q)[0] };
+}
+
 view({
   name: "gravity",
   tab: "analyse",
@@ -17,9 +23,10 @@ view({
   open: true,
   wanted: ({ kernels }) => "gravity_torque" in kernels || "closed_efforts" in kernels,
   mount(place, { store, words, data }) {
-    const { settings: { effort, motors: some, n }, kernels } = store.arm, motors = some ?? data.robot.joints.map((_, k) => k), rest = new Array(n).fill(0);
-    const held = () => (some ? loopEfforts(kernels.closed_efforts(store.state.q, rest, rest)) : kernels.gravity_torque(store.state.q)[0]);
-    place.append(element("p", { class: "soft" }, sentence(words, "gravity_about")));
+    const { effort } = store.arm.settings, { motors } = heldEfforts(store, data);
+    const seen = element("input", { type: "checkbox", id: "show-loads", onchange: () => store.show({ loads: seen.checked }) });
+    seen.checked = Boolean(store.shown.loads);
+    place.append(element("p", { class: "soft" }, sentence(words, "gravity_about")), element("label", { class: "choice" }, seen, sentence(words, "loads_seen")));
     const rows = motors.map((k) => {
       const joint = data.robot.joints[k];
       const value = isolated("", { class: "value" }), bar = element("i", {});
@@ -28,7 +35,7 @@ view({
       return { value, bar };
     });
     return () => {
-      const tau = held(), most = Math.max(1, ...Array.from(tau, Math.abs).filter(Number.isFinite));
+      const { efforts: tau } = heldEfforts(store, data), most = Math.max(1, ...Array.from(tau, Math.abs).filter(Number.isFinite));
       rows.forEach(({ value, bar }, k) => {
         const share = tau[k] / (effort[motors[k]] ?? most), width = 50 * Math.min(1, Math.abs(share));
         written(value, number(tau[k], 2));

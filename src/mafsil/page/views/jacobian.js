@@ -3,6 +3,7 @@
 import { view } from "../core/views.js";
 import { tipEllipsoids } from "../core/ellipsoids.js";
 import { singularValues } from "../core/linear.js";
+import { hasJacobian, tipJacobian } from "../loops/follow.js";
 import { element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
 
 view({
@@ -10,10 +11,12 @@ view({
   tab: "analyse",
   order: 40,
   open: true,
-  wanted: ({ kernels }) => "jacobian_body" in kernels,
+  wanted: hasJacobian,
   mount(place, { store, words, data }) {
-    const names = { rows: [..."xyz"].map((axis) => `ω${axis} [rad/s]`).concat([..."xyz"].map((axis) => `v${axis} [m/s]`)), columns: data.robot.joints.map(({ prismatic }, k) => `q${k} [${prismatic ? "m/s" : "rad/s"}]`) };
-    const n = store.arm.settings.n, J_b = matrix(6, n, [symbol("J", "b", "=")], names), values = isolated(""), measure = isolated("");
+    const names = { rows: [..."xyz"].map((axis) => `ω${axis} [rad/s]`).concat([..."xyz"].map((axis) => `v${axis} [m/s]`)), columns: [] };
+    const { n, joints } = tipJacobian(store.state.q, store.arm);
+    names.columns = joints.map((k) => `q${k} [${data.robot.joints[k].prismatic ? "m/s" : "rad/s"}]`);
+    const J_b = matrix(6, n, [symbol("J", "b", "=")], names), values = isolated(""), measure = isolated("");
     const list = element("dl", {}, element("dt", {}, sentence(words, "singular_values")), element("dd", {}, values), element("dt", {}, sentence(words, "manipulability")), element("dd", {}, measure));
     const choices = element("div", { class: "buttons" });
     for (const name of ["ellipsoid", "forces"]) {
@@ -25,7 +28,7 @@ view({
     for (const [k, name] of ["ellipsoid", "forces"].entries()) list.append(element("dt", {}, sentence(words, `${name}_axes`)), element("dd", {}, axes[k]));
     place.append(list, choices, element("div", { class: "wide small", dir: "ltr", tabindex: 0, role: "group", "aria-label": words.text("view_jacobian") }, J_b.math));
     return () => {
-      const T = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), J = store.arm.kernels.jacobian_body(store.state.q)[0];
+      const T = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), { J } = tipJacobian(store.state.q, store.arm);
       const rows = Array.from({ length: 6 }, (_, i) => Array.from(J.subarray(n * i, n * i + n)));
       J_b.write(rows);
       const found = singularValues(rows).slice(0, Math.min(6, n));

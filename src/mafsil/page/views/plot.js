@@ -13,7 +13,7 @@ view({
   wanted: ({ kernels }) => "closed_loop" in kernels,
   mount(place, app) {
     const { store, words, data } = app, { n, step } = store.arm.settings;
-    const history = (app.history ??= new History(1 + 2 * n, SAMPLES)), picture = element("canvas", { class: "plot", dir: "ltr", role: "img", "aria-label": words.text("view_plot") });
+    const history = (app.history ??= new History(1 + 2 * n, SAMPLES)), picture = element("canvas", { class: "curves", dir: "ltr", role: "img", "aria-label": words.text("view_plot") });
     const values = element("input", { type: "checkbox", id: "plot-values", onchange: () => app.draw() });
     const names = element("div", { class: "legend" });
     data.robot.joints.forEach((joint, k) => {

@@ -32,7 +32,7 @@ view({
     const quaternion = isolated(""), vector = isolated("");
     const list = element("dl", {});
     for (const [key, value] of [["quaternion", quaternion], ["rotation_vector", vector]]) list.append(element("dt", {}, sentence(words, key)), element("dd", {}, value));
-    place.append(grid, element("div", { class: "wide", dir: "ltr" }, T_sb.math), list);
+    place.append(grid, element("div", { class: "wide", dir: "ltr", tabindex: 0, role: "group", "aria-label": words.text("view_pose") }, T_sb.math), list);
     return () => {
       const T = store.arm.kernels.forward_kinematics(store.state.q)[0].slice();
       T_sb.write([0, 4, 8, 12].map((k) => Array.from(T.subarray(k, k + 4))));

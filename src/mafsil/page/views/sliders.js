@@ -29,13 +29,16 @@ view({
       };
       const field = element("input", { type: "number", step: "any", dir: "ltr", "aria-label": `${joint.name} [${sign}]`, onchange: typed, onblur: () => { field.removeAttribute("aria-invalid"); app.draw(); } });
       const name = isolated(joint.name, { class: "name", title: joint.name }), passive = driven && !driven.includes(k);
-      const row = element("div", { class: "joint" }, name, ...(passive ? [value] : [field, range, isolated(bounds, { class: "soft" })]));
+      const touch = (touched) => () => store.show({ touched });
+      const row = element("div", { class: "joint", onpointerenter: touch(k), onpointerleave: touch(-1), onfocusin: touch(k), onfocusout: touch(-1) }, name, ...(passive ? [value] : [field, range, isolated(bounds, { class: "soft" })]));
       (passive ? followers : place).append(row);
       return { row, range, field, value, sign, factor, digits: digits + 2 };
     });
     if (followers.childElementCount) place.append(element("p", { class: "soft" }, sentence(words, "followers")), followers);
     const button = (key, values) => element("button", { type: "button", class: "quiet", onclick: () => store.do("set_joints", { values }) }, sentence(words, key));
-    place.append(element("div", { class: "buttons" }, button("to_start", start), button("to_zero", start.map((_, k) => Math.min(Math.max(0, lower[k] ?? 0), upper[k] ?? Infinity)))));
+    const preview = (q) => () => store.show({ preview: driven ? null : q }), hide = preview(null);
+    const posture = ({ name, q }) => element("button", { type: "button", class: "quiet", "data-posture": name, onclick: () => { hide(); store.do("set_joints", { values: q }); }, onpointerenter: preview(q), onfocus: preview(q), onpointerleave: hide, onblur: hide }, isolated(name));
+    place.append(element("div", { class: "buttons" }, button("to_start", start), button("to_zero", start.map((_, k) => Math.min(Math.max(0, lower[k] ?? 0), upper[k] ?? Infinity))), ...data.postures.map(posture)));
     return () => {
       const here = hereOf(store.state);
       rows.forEach(({ row, range, field, value, sign, factor, digits }, k) => {

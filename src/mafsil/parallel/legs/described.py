@@ -12,11 +12,14 @@ from mafsil.model import Limits, Mechanism
 from mafsil.model.exponentials import frame_on_screw, kind_of_screw
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
-from mafsil.parallel.legs.leg_library import delta_legs
+from mafsil.parallel.legs.leg_library import delta_legs, stewart_legs
 from mafsil.parallel.legs.leg_mechanism import LegMechanism
 from mafsil.parallel.platforms.delta import DeltaRobot
+from mafsil.parallel.platforms.stewart import StewartPlatform
 from mafsil.parallel.robot_file import parse_parallel
 
+STROKE = 0.3
+"""How far legs of a platform go in and out from where it is drawn, as share of their length."""
 SWING = 0.5 * np.pi
 """How far arms of a Delta robot turn up and down from where they lie level [rad]."""
 
@@ -29,12 +32,33 @@ def described(data: dict[str, Any], source: str) -> Mechanism:
         source: name for errors.
 
     Raises:
-        FileError: no parallel robot, or one of another kind than `delta`.
+        FileError: no parallel robot, or one of another kind than `stewart` and `delta`.
     """
     robot = parse_parallel(data, source)
-    if not isinstance(robot, DeltaRobot):
+    if not isinstance(robot, StewartPlatform | DeltaRobot):
         raise FileError("parallel.not_described", path=source, given=str(data["kind"]))
-    return mechanism_of_legs(delta_legs(robot, 0.0), str(data.get("name", "delta")), Limits(lower=-SWING, upper=SWING))
+    return mechanism_of_parallel(robot, str(data.get("name", data["kind"])))
+
+
+def mechanism_of_parallel(robot: StewartPlatform | DeltaRobot | LegMechanism, name: str) -> Mechanism:
+    """A parallel robot as a description with loops, without masses and shapes; its tip is the platform.
+
+    Args:
+        robot: a platform on six legs is drawn level above its base, as high as the base is wide; a Delta robot with
+            level arms; legs as they are drawn.
+        name: of the robot.
+    """
+    match robot:
+        case StewartPlatform():
+            middle, below = robot.base.mean(axis=0), robot.platform.mean(axis=0)
+            height = float(np.linalg.norm(robot.base - middle, axis=1).mean())
+            T = pose.from_translation(middle - below + [0.0, 0.0, height])
+            way = STROKE * float(robot.inverse_kinematics(T).min())
+            return mechanism_of_legs(stewart_legs(robot, T), name, Limits(lower=-way, upper=way))
+        case DeltaRobot():
+            return mechanism_of_legs(delta_legs(robot, 0.0), name, Limits(lower=-SWING, upper=SWING))
+        case LegMechanism():
+            return mechanism_of_legs(robot, name, Limits())
 
 
 def mechanism_of_legs(drawn: LegMechanism, name: str, driven: Limits) -> Mechanism:

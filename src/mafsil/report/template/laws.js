@@ -18,7 +18,7 @@ function speak() {
   for (const place of document.querySelectorAll("[data-label]")) place.setAttribute("aria-label", words.text(place.dataset.label));
   texts.show(words.chosen);
   document.querySelectorAll("#legend span").forEach((name, k) => { name.textContent = bench.texts[words.chosen].laws[k]; });
-  motion.speak(bench.texts[words.chosen].plots, "");
+  motion.speak(bench.texts[words.chosen].plots, (key) => words.text(key));
 }
 
 document.getElementById("language").addEventListener("click", () => {

@@ -11,13 +11,16 @@ let open = null;
 const motion = new Motion(report, (time) => open && seek(open.store, time));
 
 /** The plots in the language that is chosen. @param {Words} words */
-const speak = (words) => motion.speak(report.texts[words.chosen].plots, words.text("share"));
+const speak = (words) => motion.speak(report.texts[words.chosen].plots, (key) => words.text(key));
 speak(new Words(report.languages, report.language));
 
 opened(report).then((app) => {
   open = app;
   app.motion = motion;
   app.player.told = (time) => motion.mark(time);
-  app.join({ spoken: () => { texts.show(app.words.chosen); speak(app.words); } });
+  const spoken = () => { texts.show(app.words.chosen); speak(app.words); motion.measure((unit, curve) => app.scale(unit, curve)); };
+  motion.dock(document.getElementById("bar"));
+  app.join({ spoken });
+  spoken();
   window.mafsil = app;
 }).catch(complain);

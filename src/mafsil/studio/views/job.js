@@ -12,13 +12,13 @@ view({
   open: true,
   mount(place, app) {
     const { link, words, store } = app, send = (path, body = {}) => link.transport.send(path, body);
-    const text = element("textarea", { id: "job", dir: "ltr", rows: 16, spellcheck: "false", autocomplete: "off", "aria-label": words.text("view_job"), oninput: () => written() });
-    const wrong = element("p", { id: "job-wrong", class: "wrong", role: "alert" }), note = element("span", { class: "soft", role: "status" });
+    const text = element("textarea", { id: "job", dir: "ltr", rows: 16, wrap: "off", spellcheck: "false", autocomplete: "off", "aria-label": words.text("view_job"), oninput: () => written() });
+    const wrong = element("p", { id: "job-wrong", class: "wrong", role: "alert" }), note = element("span", { class: "soft", role: "status" }), doubts = element("ul", { class: "findings", id: "job-doubts" });
     const bar = element("progress", { id: "job-progress", max: 1, "aria-label": words.text("run_share") }), outcome = element("div", { id: "job-outcome", role: "status" });
     const button = (key, act, id) => element("button", { type: "button", class: "quiet", id, onclick: act }, sentence(words, key));
     const run = element("button", { type: "button", class: "strong", id: "job-run", onclick: () => begin() }, sentence(words, "run"));
     const stop = button("stop", () => send("job/stop"), "job-stop"), save = button("save_job", () => keep(), "job-save");
-    place.append(element("p", { class: "soft" }, sentence(words, "job_about")), text, wrong, element("div", { class: "buttons" }, run, stop, save, note), bar, outcome);
+    place.append(element("p", { class: "soft" }, sentence(words, "job_about")), text, wrong, element("div", { role: "status" }, doubts), element("div", { class: "buttons" }, run, stop, save, note), bar, outcome);
     let timer = 0, seen = null, told = null;
 
     function written() {
@@ -34,7 +34,11 @@ view({
     async function begin() {
       note.replaceChildren();
       await deliver();
-      complain(await send("job/run"));
+      link.heard.delete("motion");
+      link.watch = { motion: null, begun: false, told: false };
+      const answer = await send("job/run");
+      if (answer.status !== 200) link.watch = null;
+      complain(answer);
     }
     async function keep() {
       await deliver();
@@ -51,6 +55,7 @@ view({
       if (!seen) text.value = job.text;
       save.hidden = !job.file;
       paintWrong(wrong, job.wrong, words, text);
+      doubts.replaceChildren(...(job.remarks ?? []).map((one) => element("li", { class: "warning" }, words.isolated(one.sentence), ...lineButton(one.line, words, text))));
       run.disabled = Boolean(job.wrong) || link.heard.get("run")?.status === "running";
     }
     function takeRun(now) {
@@ -76,10 +81,17 @@ view({
 /** What is wrong with the text; a click goes to the line. */
 function paintWrong(place, wrong, words, text) {
   place.replaceChildren();
+  text.style.setProperty("--line", wrong?.line ?? 0);
+  text.setAttribute("aria-invalid", String(Boolean(wrong)));
   place.hidden = !wrong;
   if (!wrong) return;
   place.append(words.isolated(wrong.sentence));
-  if (wrong.line) place.append(" ", element("button", { type: "button", class: "quiet", "data-line": wrong.line, onclick: () => goTo(text, wrong.line) }, sentence(words, "to_line", { line: wrong.line })));
+  place.append(...lineButton(wrong.line, words, text));
+}
+
+/** A button that leads to a line of the text, where one is known. */
+function lineButton(line, words, text) {
+  return line ? [" ", element("button", { type: "button", class: "quiet", "data-line": line, onclick: () => goTo(text, line) }, sentence(words, "to_line", { line }))] : [];
 }
 
 /** The caret to a line, counted from one. */
@@ -96,7 +108,7 @@ function result(run, words, text, replay) {
   if (run.status === "running") return [element("p", { class: "soft" }, sentence(words, run.stage))];
   if (run.status === "stopped") return [element("p", {}, sentence(words, "run_stopped"))];
   const first = element("p", { class: run.status === "done" ? "good" : "wrong" }, words.isolated(run.sentence));
-  if (run.line) first.append(" ", element("button", { type: "button", class: "quiet", onclick: () => goTo(text, run.line) }, sentence(words, "to_line", { line: run.line })));
+  first.append(...lineButton(run.line, words, text));
   const made = [first];
   if (run.findings?.length) made.push(element("ul", { class: "findings" }, ...run.findings.map((one) => element("li", { class: one.level }, words.isolated(one)))));
   if (run.more) made.push(element("p", { class: "soft" }, sentence(words, "more_findings", { count: run.more })));
