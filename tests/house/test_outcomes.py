@@ -143,6 +143,7 @@ ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "redundant_constraints": (lambda: mobility.redundant_constraints(mobility.library.peaucellier()), True),
     "assembly": (lambda: mobility.assembly_modes(mobility.library.watt(), {"01": 0.1}), True),
     "curve": (lambda: mobility.trace_motion(mobility.library.four_bar()), True),
+    "turn of a crank": (lambda: mobility.linkages.turn_crank(mobility.library.four_bar(), "A", rows=12), True),
     "surface": (lambda: mobility.trace_surface(mobility.library.chain(2)), True),
     "surfaces": (lambda: mobility.configuration_surfaces(mobility.library.chain(2), starts=4), True),
     "four-bar": (lambda: mobility.FourBar(2, 4, 3.5, 4.5).positions([0.1, 0.2]), True),

@@ -6,7 +6,16 @@ import pytest
 from mafsil import InputError, MafsilError, ModelError
 from mafsil.mobility import FourBar, Linkage, joint, library
 from mafsil.mobility.crank_range import TurnStatus
-from mafsil.mobility.linkages import BodyLoad, BodyMass, Coupling, LinkageLoads, read_linkage, read_loads, turn_crank
+from mafsil.mobility.linkages import (
+    BodyLoad,
+    BodyMass,
+    Coupling,
+    LinkageLoads,
+    read_linkage,
+    read_loads,
+    turn_crank,
+    write_plates,
+)
 from tests.mobility import mechanisms
 
 UPRIGHT = (0.0, -9.81)
@@ -235,7 +244,7 @@ def test_files_have_masses_and_loads(tmp_path):
 def test_wrong_input_is_refused():
     with pytest.raises(ModelError, match="driven joint"):
         turn_crank(library.watt())
-    with pytest.raises(InputError, match="must not be zero"):
+    with pytest.raises(InputError, match="speed"):
         turn_crank(library.four_bar(), "A", speed=0.0)
     with pytest.raises(InputError, match="mobility by rank is 2"):
         turn_crank(library.five_bar(), "O")
@@ -245,3 +254,14 @@ def test_wrong_input_is_refused():
         BodyMass("a", 1.0, (0, 0), (1.0, 1.0, 5.0))
     with pytest.raises(InputError, match="over one turn"):
         Coupling("S", "A", table=((0, 0), (1, 1), (2, 0), (3, 0)))
+
+
+def test_plates_that_cannot_be_cut_are_refused(tmp_path):
+    bar, path = library.four_bar(), tmp_path / "bar.svg"
+    for details in ({"width": 0.01, "hole": 0.02}, {"width": 0.0}, {"hole": np.nan}, {"width": 1e308}):
+        with pytest.raises(InputError):
+            write_plates(bar, path, **details)
+    with pytest.raises(InputError, match=r"\.svg, \.dxf"):
+        write_plates(bar, tmp_path / "bar.step")
+    write_plates(bar, path, width=0.3, hole=0.1)
+    assert path.read_text().count("<circle") == 8

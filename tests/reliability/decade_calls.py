@@ -122,6 +122,7 @@ CALLS = (
     "mobility.bodies.third_point(A=[0, 0], B=[1, 0], d_AC=1.0, d_BC=0.9)",
     "mobility.trace_motion(linkage=FOUR, step=0.1, steps=20)",
     "mobility.trace_surface(linkage=FIVE, step=0.3, points=10)",
+    "mobility.linkages.turn_crank(linkage=FOUR, crank='A', speed=2.0, rows=8)",
     "mobility.library.bennett(a=1.0, alpha=0.5, b=1.6, theta=1.0)",
     "mobility.library.chain(joints=2, length=1.0)",
     "mobility.library.delta(base=0.5, platform=0.2, arm=0.6, height=1.1, half=0.1)",
@@ -370,6 +371,8 @@ EXCLUDED = {
     "mafsil.identify.prior_spread": "three seconds a call",
     "mafsil.identify.smoothing": "three seconds a call",
     "mafsil.mobility.synthesise_path.tolerance": "a search of a minute; what is refused stands in its own tests",
+    "mafsil.mobility.linkages.write_plates.width": "writes files; what is refused stands in its own tests",
+    "mafsil.mobility.linkages.write_plates.hole": "writes files; what is refused stands in its own tests",
     "mafsil.one_joint.run_loop.desired": "the annotation of a function's result",
     "mafsil.verify.limit": "a routine of the developer: seconds a call; the limit is read only in the verdict",
 }

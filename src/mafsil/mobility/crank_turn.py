@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, number, whole
-from mafsil.errors import InputError, ModelError
+from mafsil.arrays import Floats, number, positive, whole
+from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.messages import say
 from mafsil.messages.tables import number as shown
@@ -115,13 +115,7 @@ class CrankTurn(
 
     def explain(self, language: str | None = None) -> str:
         """Whether the crank goes round; why not; transmission, motor torque and largest pin force."""
-        low, high = self.range
-        lines = [
-            self.status.sentence(
-                language, crank=self.crank, rows=len(self.angle), turns=self.turns, low=self._shown(low),
-                high=self._shown(high), arcs=len(set(self.arc.tolist())),
-            )
-        ]  # fmt: skip
+        lines = [self.status.sentence(language, **self.details())]
         lines += dict.fromkeys(each.sentence(self._shown(each.crank), language) for each in self.ends)
         if not self.ends and np.isfinite(self.least_transmission):
             row, column = np.unravel_index(int(np.nanargmin(self.transmission)), self.transmission.shape)
@@ -132,6 +126,14 @@ class CrankTurn(
                 )
             )  # fmt: skip
         return "\n".join(lines + self.loads.sentences(language))
+
+    def details(self) -> dict[str, object]:
+        """What the sentence of the status mentions."""
+        low, high = map(self._shown, self.range)
+        arcs = len(set(self.arc.tolist()))
+        return {
+            "crank": self.crank, "rows": len(self.angle), "turns": self.turns, "low": low, "high": high, "arcs": arcs
+        }  # fmt: skip
 
     def _shown(self, coordinate: float) -> str:
         """A coordinate of the crank for people."""
@@ -145,23 +147,35 @@ class CrankTurn(
         head, columns = self.columns()
         return table(head, [tuple(map(shown, row.tolist())) for row in columns[:: max(1, len(columns) // MOST_SHOWN)]])
 
-    def columns(self) -> tuple[tuple[str, ...], Floats]:
+    def columns(self, language: str | None = None) -> tuple[tuple[str, ...], Floats]:
         """Heads and rows (k, c) of the table of the turn: crank, output, transmission, torque, largest pin force."""
         scale = 1.0 if self._slides else float(np.degrees(1.0))
-        x, v, a = self.point(self.linkage.output, self._output_point())
+        x, v, a = self.point(self.linkage.output, self.output_point())
         heads = [f"{self.crank} [{'m' if self._slides else 'deg'}]", "x [m]", "y [m]", "|v| [m/s]", "|a| [m/s^2]"]
         rows = [scale * self.angle, x[:, 0], x[:, 1], np.linalg.norm(v, axis=1), np.linalg.norm(a, axis=1)]
         for k, name in enumerate(self.followers):
-            heads.append(say("mobility.turn_transmission_head", joint=name))
+            heads.append(say("mobility.turn_transmission_head", language=language, joint=name))
             rows.append(np.degrees(self.transmission[:, k]))
+        unit = "N" if self._slides else "N m"
         heads += [
-            say("mobility.turn_torque_head", unit="N" if self._slides else "N m"),
-            say("mobility.turn_force_head"),
+            say("mobility.turn_torque_head", language=language, unit=unit),
+            say("mobility.turn_force_head", language=language),
         ]
         rows += [self.loads.torque, np.linalg.norm(self.loads.forces, axis=-1).max(axis=-1)]
         return tuple(heads), np.stack(rows, axis=-1)
 
-    def _output_point(self) -> Floats:
+    def series(self) -> dict[str, Floats]:
+        """Everything as named columns (k,): t, q, qd, qdd of each coordinate, mu, effort of the motor, joint forces."""
+        found = {"t": self.time}
+        for signal, values in (("q", self.theta), ("qd", self.rates), ("qdd", self.accelerations)):
+            found |= {f"{signal}[{name}]": values[:, k] for k, name in enumerate(self.linkage.coordinate_names)}
+        found |= {f"mu[{name}]": self.transmission[:, k] for k, name in enumerate(self.followers)}
+        found["tau"] = self.loads.torque
+        for j, name in enumerate(self.loads.joints):
+            found |= {f"f{axis}[{name}]": self.loads.forces[:, j, i] for i, axis in enumerate("xyz")}
+        return found
+
+    def output_point(self) -> Floats:
         """(3,) the middle of the joints of the output, where it is drawn [m]."""
         body = self.linkage.output
         return np.mean([each.point for each in self.linkage.joints if body in (each.parent, each.child)], axis=0)
@@ -198,8 +212,7 @@ def turn_crank(
     drawn, loads = _drawn(linkage, loads)
     name, count = _crank_of(drawn, crank), whole("rows", rows, 4, 100_000)
     rate = number("speed", speed)
-    if not rate:
-        raise InputError("mobility.crank_stands", speed=speed)
+    positive("speed", abs(rate))
     column = int(drawn.columns_of([name])[0])
     range_ = CrankRange.of(drawn, name, np.sign(rate))  # 1, 2
     p, arc = range_.rows(count)

@@ -259,10 +259,10 @@ def _transmission(balance: _Equilibrium, places: Floats) -> tuple[tuple[str, ...
         power, most = np.zeros(len(places)), np.zeros(len(places))
         for i in np.flatnonzero((linkage.ends == body).any(axis=1)).tolist():
             if i != j:
-                one, all_ = _pushed(wrenches[:, i], places[:, i], motion.twists[:, body])
+                one, all_ = _pushed(wrenches[:, i], places[:, i], motion.screws[:, :, column])
                 power, most = power + (one if linkage.ends[i, 1] == body else -one), most + all_
         with np.errstate(invalid="ignore", divide="ignore"):
-            sine = np.where(most > NO_FORCE * np.abs(motion.rates).max(axis=1), np.abs(power) / most, np.nan)
+            sine = np.where(most > NO_FORCE, np.abs(power) / most, np.nan)
         if np.isfinite(sine).any():
             names.append(each.name)
             angles.append(np.arcsin(np.clip(sine, 0.0, 1.0)))

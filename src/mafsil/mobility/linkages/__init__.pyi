@@ -26,3 +26,4 @@ from mafsil.mobility.linkages.mechanism_linkage import LinkageLike as LinkageLik
 from mafsil.mobility.linkages.mechanism_linkage import as_linkage as as_linkage
 from mafsil.mobility.linkages.mechanism_linkage import linkage_of as linkage_of
 from mafsil.mobility.linkages.mechanism_linkage import mechanism_of as mechanism_of
+from mafsil.mobility.linkages.plates import write_plates as write_plates
