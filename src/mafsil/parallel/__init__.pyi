@@ -26,6 +26,7 @@ from mafsil.parallel.legs.leg_mechanism import Leg as Leg
 from mafsil.parallel.legs.leg_mechanism import LegMechanism as LegMechanism
 from mafsil.parallel.legs.leg_mechanism import legs_from_screws as legs_from_screws
 from mafsil.parallel.legs.leg_statics import leg_forces as leg_forces
+from mafsil.parallel.legs.rod_robot import RodRobot as RodRobot
 from mafsil.parallel.loop_singularity import LoopSingularities as LoopSingularities
 from mafsil.parallel.loop_singularity import LoopSingularity as LoopSingularity
 from mafsil.parallel.loop_singularity import choose_actuators as choose_actuators
