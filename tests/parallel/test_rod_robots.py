@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mafsil import InputError, parallel
-from mafsil.geometry import pose
+from mafsil.geometry import pose, rotation
 from mafsil.parallel.legs import (
     Drive,
     PlatformMotion,
@@ -177,3 +177,38 @@ def test_robots_of_other_classes_become_robots_on_rods():
     np.testing.assert_allclose(A, rpr.jacobian(x), atol=1e-12)
     for robot in (parallel.DeltaRobot(0.2, 0.05, 0.3, 0.8), ROBOTS["Delta"][0]):
         assert rod_indices(as_rod_robot(robot), [0.0, 0.0, -0.7])
+
+
+def test_the_agile_eye():
+    eye = parallel.SphericalPlatform.agile_eye()
+    np.testing.assert_allclose(np.abs(np.linalg.svd(eye.jacobian(np.eye(3), np.zeros(3)))[1]), 1.0)
+    rng = np.random.default_rng(1)
+    q = rng.uniform(-1.0, 1.0, (6, 3))
+    found = eye.forward_kinematics(q)
+    assert found.complete
+    assert (found.count == 8).all()
+    angles = eye.inverse_kinematics(found.x)
+    # Four of the eight are the trivial ones, whose motors may stand anywhere.
+    assert angles.free.all(axis=-1).sum(axis=-1).tolist() == [4] * 6
+    off = np.abs(np.angle(np.exp(1j * (angles.q - q[:, None, :, None])))).min(axis=-1)
+    assert off[~angles.free].max() < 1e-7
+    general = parallel.SphericalPlatform(
+        ring(1.0, THIRDS, 0.8), ring(-1.0, THIRDS, 1.0), ring(1.0, THIRDS, -0.4), 0.9, 1.2
+    )
+    R = rotation.exp([0.1, -0.1, 0.2])
+    both = general.inverse_kinematics(R)
+    assert both
+    q, step = both.q[:, 0], 1e-6
+    J = general.jacobian(R, q)
+    slope = [
+        (general.inverse_kinematics(rotation.exp(step * w) @ R).q[:, 0] - q) / step for w in np.eye(3)
+    ]  # fmt: skip
+    np.testing.assert_allclose(np.linalg.inv(J), np.array(slope).T, atol=1e-4)
+    np.testing.assert_allclose(general.torques(R, q, [1.0, 2.0, 3.0]), J.T @ [1.0, 2.0, 3.0])
+    assert general.singularity(R, q)
+    modes = general.forward_kinematics(q)
+    assert np.abs(modes.x - R).max(axis=(1, 2)).min() < 1e-8
+    with pytest.raises(InputError, match="second link"):
+        general.jacobian(R, q + 0.1)
+    away = parallel.SphericalPlatform(ring(1.0, THIRDS, 0.8), ring(-1, THIRDS, 1), ring(1, THIRDS, -0.4), 0.1, 0.2)
+    assert not away.inverse_kinematics(R)

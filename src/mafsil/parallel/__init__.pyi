@@ -42,6 +42,7 @@ from mafsil.parallel.platforms.platform_workspace import PlatformLimits as Platf
 from mafsil.parallel.platforms.platform_workspace import platform_workspace as platform_workspace
 from mafsil.parallel.platforms.pose_space import nearest_singularity as nearest_singularity
 from mafsil.parallel.platforms.regular_way import mode_path as mode_path
+from mafsil.parallel.platforms.spherical_platform import SphericalPlatform as SphericalPlatform
 from mafsil.parallel.platforms.stewart import StewartPlatform as StewartPlatform
 from mafsil.parallel.platforms.three_rps_forward import ThreeRPS as ThreeRPS
 from mafsil.parallel.robot_file import read_parallel as read_parallel
