@@ -143,6 +143,8 @@ ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "redundant_constraints": (lambda: mobility.redundant_constraints(mobility.library.peaucellier()), True),
     "assembly": (lambda: mobility.assembly_modes(mobility.library.watt(), {"01": 0.1}), True),
     "curve": (lambda: mobility.trace_motion(mobility.library.four_bar()), True),
+    "indices": (lambda: mf.parallel.legs.rod_indices(mf.parallel.legs.rotary_delta(0.2, 0.05, 0.3, 0.8), [0, 0, -0.7]), True),
+    "no pose on rods": (lambda: mf.parallel.legs.rotary_delta(0.2, 0.05, 0.1, 0.05).forward_kinematics([0, 0, 0]), False),
     "turn of a crank": (lambda: mobility.linkages.turn_crank(mobility.library.four_bar(), "A", rows=12), True),
     "surface": (lambda: mobility.trace_surface(mobility.library.chain(2)), True),
     "surfaces": (lambda: mobility.configuration_surfaces(mobility.library.chain(2), starts=4), True),

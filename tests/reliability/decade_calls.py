@@ -122,6 +122,8 @@ CALLS = (
     "mobility.bodies.third_point(A=[0, 0], B=[1, 0], d_AC=1.0, d_BC=0.9)",
     "mobility.trace_motion(linkage=FOUR, step=0.1, steps=20)",
     "mobility.trace_surface(linkage=FIVE, step=0.3, points=10)",
+    "parallel.legs.rod_indices(robot=RODS, x=[0, 0, -0.7], length=0.1, motor_stiffness=1.0, rod_stiffness=1.0, "
+    "motor_error=0.001, rod_error=0.001)",
     "mobility.linkages.turn_crank(linkage=FOUR, crank='A', speed=2.0, rows=8)",
     "mobility.library.bennett(a=1.0, alpha=0.5, b=1.6, theta=1.0)",
     "mobility.library.chain(joints=2, length=1.0)",

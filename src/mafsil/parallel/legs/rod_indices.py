@@ -23,7 +23,7 @@ from mafsil.arrays import Floats, as_batch, not_negative, positive, single, spre
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.parallel.legs.leg_lines import unit_vectors
-from mafsil.parallel.legs.rod_robot import Drive, PlatformMotion, RodRobot
+from mafsil.parallel.legs.rod_robot import Drive, RodRobot
 from mafsil.parallel.platforms.platform_workspace import BLOCK, PlatformWorkspace
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers.decompositions import pinv, singular_values
@@ -203,8 +203,7 @@ def rod_workspace(
         cells: along each side.
         orientations: (k, 3, 3) of the platform; the identity alone if None.
     """
-    flat = robot.motion in (PlatformMotion.PLANE, PlatformMotion.PLANE_POINT)
-    k, n = 2 if flat else 3, whole("cells", cells, 1, 500)
+    k, n = 2 if robot.is_flat else 3, whole("cells", cells, 1, 500)
     low, high = single("lower", lower, (k,)), single("upper", upper, (k,))
     if not (low < high).all():
         raise InputError("parallel.box", low=low.tolist(), high=high.tolist())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -127,9 +129,11 @@ def h4(
     )  # fmt: skip
 
 
-def as_rod_robot(
-    robot: RodRobot | StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar,
-) -> RodRobot:
+OnRods: TypeAlias = RodRobot | StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar
+"""Robots whose legs are rods."""
+
+
+def as_rod_robot(robot: OnRods) -> RodRobot:
     """The same robot on rods, so that indices, workspace and calibration are at hand.
 
     Args:
@@ -140,10 +144,10 @@ def as_rod_robot(
         case RodRobot():
             return robot
         case StewartPlatform():
-            return RodRobot(PlatformMotion.POSE, Drive.EXTEND, robot.base, np.ones(6), robot.platform, none)
+            return RodRobot(PlatformMotion.POSE, Drive.EXTEND, robot.base, np.zeros(6), robot.platform, none)
         case PlanarThreeRPR():
             base, platform = _in_space("base", robot.base, 3), _in_space("platform", robot.platform, 3)
-            return RodRobot(PlatformMotion.PLANE, Drive.EXTEND, base, np.ones(3), platform, none)
+            return RodRobot(PlatformMotion.PLANE, Drive.EXTEND, base, none, platform, none)
         case PlanarThreeRRR():
             return planar_on_rods(robot.base, robot.platform, robot.rods, arms=robot.cranks)
         case DeltaRobot():

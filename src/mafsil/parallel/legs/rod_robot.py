@@ -2,7 +2,7 @@
 
     crank    C = a + L (cos q e + sin q n x e)     RUS hexapods, Delta, 3-RRR, five-bars, pairs of SCARAs, H4
     slide    C = a + q d                           PUS hexapods, linear Delta with any towers, Keops, 3-PRR
-    extend   C = a, rod of length q                UPS hexapods, 3-RPR
+    extend   C = a, rod of length l + q            UPS hexapods, 3-RPR
 
 The far end is B = p + R c + b: c turns with the platform, b (of parallelograms and articulated plates) does not. From
 |B - C| = l follows (r x u, u) V = (u . C') q' with u along the rod and r = p + R c: A V = B q'.
@@ -83,7 +83,7 @@ class RodRobot:
         motion: of the platform.
         drive: of the motors.
         base: (m, 3) places a of the motors [m].
-        rods: (m,) lengths l [m]; unused where motors extend them.
+        rods: (m,) lengths l [m]; of rods that motors extend those at q = 0.
         turning, fixed: (m, 3) parts c and b of the ends on the platform [m].
         axes: (m, 3) unit axes of cranks, directions of slides.
         arms: (m,) lengths L of cranks [m].
@@ -106,7 +106,7 @@ class RodRobot:
         found |= {name: spread(name, getattr(self, name), (m, 3)) for name in ("turning", "fixed")}
         found |= {name: spread(name, getattr(self, name), (m,)) for name in ("rods", "arms")}
         for name in ("rods", "arms"):
-            if not (found[name] > 0).all():
+            if not (found[name] > 0).all() and (name, self.drive) != ("rods", Drive.EXTEND):
                 raise InputError("input.positive", name=name, value=found[name].tolist())
         axes, zeros = _directions("axes", self.axes, m), _directions("zeros", self.zeros, m)
         if self.drive is Drive.CRANK:
@@ -114,6 +114,11 @@ class RodRobot:
             zeros = _directions("zeros", across, m)
         for name, value in (found | {"axes": axes, "zeros": zeros}).items():
             object.__setattr__(self, name, frozen(value))
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether it moves in the plane of x and y."""
+        return self.motion in (PlatformMotion.PLANE, PlatformMotion.PLANE_POINT)
 
     @property
     def m(self) -> int:
@@ -172,7 +177,7 @@ class RodRobot:
     def lengths(self, q: ArrayLike) -> Floats:
         """(*batch, m) of the rods at coordinates of the motors [m]."""
         value = as_batch("q", q, (self.m,), finite=True)
-        return value if self.drive is Drive.EXTEND else np.broadcast_to(self.rods, value.shape)
+        return self.rods + value if self.drive is Drive.EXTEND else np.broadcast_to(self.rods, value.shape)
 
     def inverse_kinematics(self, x: ArrayLike) -> MotorAngles:
         """Both coordinates of each motor for poses or short coordinates: `q` (*batch, m, 2), with what rods miss.
@@ -186,7 +191,7 @@ class RodRobot:
             return crank_angles(along, up, np.abs(across), self.arms, self.rods)
         none = np.zeros(way.shape[:-1], dtype=np.bool_)
         if self.drive is Drive.EXTEND:
-            s = np.linalg.norm(way, axis=-1)
+            s = np.linalg.norm(way, axis=-1) - self.rods
             return MotorAngles(np.stack([s, s], axis=-1), 0.0 * s, none, "m")
         along = (way * self.axes).sum(axis=-1)
         aside = np.linalg.norm(way - along[..., None] * self.axes, axis=-1)
