@@ -471,6 +471,7 @@ def _mechanisms(names: dict[str, Any]) -> dict[str, Any]:
     return {
         "BARS": chain, "BAR_Q": q, "BAR_TIP": tip, "BAR_MECHANISM": bars,
         "CRANK": trajectory.line_path(tip, chain.robot.forward_kinematics(moved)),
+        "RODS": parallel.legs.rotary_delta(0.2, 0.05, 0.3, 0.8),
         "FOUR": mobility.library.four_bar(), "FIVE": mobility.library.five_bar(), "PINCH": mf.Grasp(contacts),
         "CUBE": collision.TriangleMesh(cube, FACES), "HULL": cube, "DELTA": parallel.DeltaRobot(0.3, 0.1, 0.3, 0.8),
         "HEAVY": heavy, "HEAVY_Q": heavy.close_loops([0.5, 0.5, 1.5], hold=["A"]).q,
