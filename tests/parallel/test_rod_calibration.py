@@ -23,7 +23,7 @@ def planted(robot, rng, tolerance=2e-3):
         name: getattr(robot, name) + tolerance * rng.normal(size=getattr(robot, name).shape)
         for name in ("rods", "base")
     }
-    end = "turning" if robot.motion.angles else "fixed"
+    end = "rotating" if robot.motion.angles else "fixed"
     off[end] = getattr(robot, end) + tolerance * rng.normal(size=(robot.m, 3))
     if robot.drive is Drive.CRANK:
         off["arms"] = robot.arms + tolerance * rng.normal(size=robot.m)
@@ -48,7 +48,7 @@ def noisy(T, rng):
 
 def differences(real, nominal, found):
     """Planted corrections in the order of the names."""
-    end = "turning" if real.motion.angles else "fixed"
+    end = "rotating" if real.motion.angles else "fixed"
     side = np.cross(nominal.axes, nominal.zeros)
     zero = np.arctan2((real.zeros * side).sum(axis=1), (real.zeros * nominal.zeros).sum(axis=1))
     values = []
@@ -80,7 +80,7 @@ def test_planted_errors_within_three_sigma(name):
         assert found.held_after < 2.0 < found.held_before
         wanted = differences(real, nominal, found)
         # What the data decide, alone or in combinations, is within three sigma; the rest is left as described.
-        off = np.abs(found.values - wanted)[found.told] / found.deviations[found.told]
+        off = np.abs(found.values - wanted)[found.decided] / found.deviations[found.decided]
         inside, total = inside + int((off < 3).sum()), total + len(off)
         known = np.eye(len(wanted)) - found.combinations @ found.combinations.T
         assert np.abs(known @ (found.values - wanted)).max() < 2e-3

@@ -79,10 +79,10 @@ def test_agrees_with_the_classes_of_one_robot():
     np.testing.assert_allclose(old.forward_kinematics(one[..., 0]).x, new.forward_kinematics(one[..., 0]).x, atol=1e-12)
     np.testing.assert_allclose(old.jacobian(one[..., 0], p), new.jacobian(p, one[..., 0]), atol=1e-12)
     hexapod, T = ROBOTS["UPS hexapod"]
-    stewart = parallel.StewartPlatform(hexapod.base, hexapod.turning)
+    stewart = parallel.StewartPlatform(hexapod.base, hexapod.rotating)
     np.testing.assert_allclose(hexapod.jacobian(T, stewart.lengths(T)), np.linalg.inv(stewart.jacobian(T)), atol=1e-9)
     rrr, x = ROBOTS["3-RRR"]
-    legs = parallel.PlanarThreeRRR(rrr.base[:, :2], rrr.turning[:, :2], rrr.arms, rrr.rods)
+    legs = parallel.PlanarThreeRRR(rrr.base[:, :2], rrr.rotating[:, :2], rrr.arms, rrr.rods)
     q = chosen(rrr, x)
     np.testing.assert_allclose(legs.jacobian(x, q), rrr.jacobian(x, q), atol=1e-12)
 
@@ -104,7 +104,7 @@ def test_out_of_reach_and_singular():
     with pytest.raises(InputError, match="arms"):
         planar_on_rods(ring(1, THIRDS), ring(0.1, THIRDS), 1.0)
     with pytest.raises(InputError):
-        RodRobot(PlatformMotion.POINT, Drive.SLIDE, ring(1, THIRDS), [1.0, -1.0, 1.0], np.zeros(3), np.zeros(3))
+        RodRobot(PlatformMotion.POINT, Drive.LINEAR, ring(1, THIRDS), [1.0, -1.0, 1.0], np.zeros(3), np.zeros(3))
 
 
 @every

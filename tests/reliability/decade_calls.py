@@ -122,6 +122,10 @@ CALLS = (
     "mobility.bodies.third_point(A=[0, 0], B=[1, 0], d_AC=1.0, d_BC=0.9)",
     "mobility.trace_motion(linkage=FOUR, step=0.1, steps=20)",
     "mobility.trace_surface(linkage=FIVE, step=0.3, points=10)",
+    "parallel.legs.calibrate_rods(robot=RODS, q=RODS_Q, measured=RODS_SEEN, held_out=0.4, angle_tolerance=0.01, "
+    "length_tolerance=0.01)",
+    "mf.identification.calibrate_arm(robot=R2, q=RODS_Q[:, :2], measured=RODS_SEEN, held_out=0.4, "
+    "angle_tolerance=0.01, length_tolerance=0.01)",
     "parallel.legs.rod_indices(robot=RODS, x=[0, 0, -0.7], length=0.1, motor_stiffness=1.0, rod_stiffness=1.0, "
     "motor_error=0.001, rod_error=0.001)",
     "mobility.linkages.turn_crank(linkage=FOUR, crank='A', speed=2.0, rows=8)",
@@ -472,6 +476,8 @@ def _mechanisms(names: dict[str, Any]) -> dict[str, Any]:
         "BARS": chain, "BAR_Q": q, "BAR_TIP": tip, "BAR_MECHANISM": bars,
         "CRANK": trajectory.line_path(tip, chain.robot.forward_kinematics(moved)),
         "RODS": parallel.legs.rotary_delta(0.2, 0.05, 0.3, 0.8),
+        "RODS_Q": 0.3 + 0.1 * np.sin(np.arange(36.0)).reshape(12, 3),
+        "RODS_SEEN": mf.identification.Measured(heights=-0.7 + 0.01 * np.sin(np.arange(12.0))),
         "FOUR": mobility.library.four_bar(), "FIVE": mobility.library.five_bar(), "PINCH": mf.Grasp(contacts),
         "CUBE": collision.TriangleMesh(cube, FACES), "HULL": cube, "DELTA": parallel.DeltaRobot(0.3, 0.1, 0.3, 0.8),
         "HEAVY": heavy, "HEAVY_Q": heavy.close_loops([0.5, 0.5, 1.5], hold=["A"]).q,

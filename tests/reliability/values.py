@@ -79,6 +79,8 @@ WRITTEN = (
     "mobility.synthesis.FunctionTask(function=np.sqrt, interval=(1.0, 2.0), inputs=(0.0, 1.0), outputs=(0.0, 1.0))",
     "one_joint.LoopConditions(torque_limit=1.0, tracking_time=0.1, quantum=0.1, filter_time=0.1, dither=0.1, "
     "dither_frequency=10.0)",
+    "mf.identification.Measured(points=np.zeros((5, 3)), direction=np.ones(3), center=np.zeros(3), noise=0.1, "
+    "angle_noise=0.1)",
     "parallel.CableRobot(base=np.eye(3), platform=np.zeros((3, 3)), lowest=1.0, highest=2.0)",
     "parallel.DeltaRobot(base=0.3, platform=0.1, arm=0.3, forearm=0.8)",
     "parallel.Eclipse(guide=1.0, rod=1.2, platform=0.5)",

@@ -1,4 +1,4 @@
-"""Calibration of geometry from measured poses, points, heights or distances: what can be told, and how well.
+"""Calibration of geometry from measured poses, points, heights or distances: what can be decided, and how well.
 
 A model predicts poses of a body and how they change with its parameters. Gauss-Newton steps are taken in the space of
 the singular vectors that the data decide better than the tolerance of the parameters does; along the others a parameter
@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, positive, single, spread
 from mafsil.errors import InputError
+from mafsil.fields import between
 from mafsil.geometry import pose, rotation
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
@@ -27,10 +28,12 @@ from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_open_tree
 
 STEPS = 20
+ANGLE, LENGTH = between(1e-9, 1.0), between(1e-9, 1e3)
+"""What tolerances of parameters may be [rad, m]."""
 SETTLED = 1e-9
 """Step over the tolerances that ends the fit."""
 ALONE = 1e-3
-"""Share of a parameter outside of what the data decide, up to which it can be told by itself."""
+"""Share of a parameter outside of what the data decide, up to which it can be decided by itself."""
 FEWEST = 4
 """Rows that are held out at least, where any are."""
 
@@ -114,15 +117,15 @@ class CalibrationStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GeometricCalibration(Answer, data="names values deviations told rank errors held_before held_after"):
+class GeometricCalibration(Answer, data="names values deviations decided rank errors held_before held_after"):
     """Corrections of geometric parameters; true if rows that were held out are predicted better.
 
     Attributes:
         status: how it ended.
         names: of the parameters.
         values: (P,) corrections to add [rad | m].
-        deviations: (P,) their standard deviations; of what cannot be told the tolerance.
-        told: (P,) whether the data decide it alone; the others only in combinations, or not at all.
+        deviations: (P,) their standard deviations; of what cannot be decided the tolerance.
+        decided: (P,) whether the data decide it alone; the others only in combinations, or not at all.
         combinations: (P, n) unit directions over the tolerances that the data do not decide.
         rank: number of combinations that they do.
         errors: (k,) of each row after the correction, over the noise: root mean square of its components.
@@ -135,7 +138,7 @@ class GeometricCalibration(Answer, data="names values deviations told rank error
     names: tuple[str, ...]
     values: Floats
     deviations: Floats
-    told: NDArray[np.bool_]
+    decided: NDArray[np.bool_]
     combinations: Floats
     rank: int
     errors: Floats
@@ -154,22 +157,22 @@ class GeometricCalibration(Answer, data="names values deviations told rank error
         return _rms(self.errors[self.held] if self.held.any() else self.errors)
 
     def explain(self, language: str | None = None) -> str:
-        """Errors before and after, how many parameters can be told, and the worst row."""
+        """Errors before and after, how many parameters can be decided, and the worst row."""
         worst = int(self.errors.argmax())
         return self.status.sentence(
             language, before=self.held_before, after=self.held_after, rank=self.rank, parameters=len(self.names),
-            told=int(self.told.sum()), rows=len(self.errors), held=int(self.held.sum()), worst=worst,
+            decided=int(self.decided.sum()), rows=len(self.errors), held=int(self.held.sum()), worst=worst,
             error=float(self.errors[worst]),
         )  # fmt: skip
 
     def _table(self) -> list[str]:
         head = tuple(
-            say(f"identification.calibration_{key}") for key in ("parameter", "correction", "deviation", "told")
+            say(f"identification.calibration_{key}") for key in ("parameter", "correction", "deviation", "decided")
         )
         rows = [
             (name, number(value), number(off), say(f"identification.calibration_{'alone' if alone else 'combined'}"))
             for name, value, off, alone in zip(
-                self.names, self.values.tolist(), self.deviations.tolist(), self.told.tolist(), strict=True
+                self.names, self.values.tolist(), self.deviations.tolist(), self.decided.tolist(), strict=True
             )
         ]
         return table(head, rows)
@@ -213,9 +216,9 @@ def fit_geometry(
     noise = float(np.sqrt((r[~held] ** 2).sum() / spare))
     known, open_ = Vt[:rank], Vt[rank:].T
     deviations = scale * np.sqrt(((noise * known.T / s[:rank]) ** 2).sum(axis=1) + (open_**2).sum(axis=1))
-    told = np.asarray(np.linalg.norm(open_, axis=1) < ALONE, dtype=np.bool_)
+    decided = np.asarray(np.linalg.norm(open_, axis=1) < ALONE, dtype=np.bool_)
     found = GeometricCalibration(
-        CalibrationStatus.BETTER, names, value, deviations, told, open_, rank, _per_row(r), np.asarray(before), held,
+        CalibrationStatus.BETTER, names, value, deviations, decided, open_, rank, _per_row(r), np.asarray(before), held,
         corrected(value),
     )  # fmt: skip
     if not settled:
@@ -225,8 +228,7 @@ def fit_geometry(
 
 def _held_out(rows: int, share: float) -> NDArray[np.bool_]:
     """(k,) rows spread evenly over all; none if the share is zero."""
-    if not 0.0 <= share < 0.9:
-        raise InputError("input.range", name="held_out", value=share, low=0.0, high=0.9)
+    share = between(0.0, 0.9)("held_out", share)
     found = np.zeros(rows, dtype=np.bool_)
     count = max(round(share * rows), FEWEST) if share > 0.0 else 0
     if count >= rows:
@@ -298,7 +300,7 @@ def calibrate_arm(
         D[:, 3:] += np.cross(D[:, :3], T[:, :3, 3][:, :, None], axis=1)
         return T, D
 
-    both = [positive("angle_tolerance", angle_tolerance), positive("length_tolerance", length_tolerance)]
+    both = [ANGLE("angle_tolerance", angle_tolerance), LENGTH("length_tolerance", length_tolerance)]
     scale = np.tile(np.repeat(both, 3), len(chain) + 1)
     return fit_geometry(names, scale, predict, measured, corrected, held_out)
 

@@ -7,7 +7,7 @@
     platform_angles = [-45, 45, 75, 165, 195, 285]
 
 or `base` and `platform`, six places each; `3rpr`, `3rrr`, `delta`, `five_bar` and `cable` have the names of the
-attributes of `PlanarThreeRPR`, `PlanarThreeRRR`, `DeltaRobot`, `FiveBar` and `CableRobot`. Robots on rods have the names
+attributes of `PlanarThreeRPR`, `PlanarThreeRRR`, `DeltaRobot`, `FiveBar` and `CableRobot`. Robots on rods have those
 of the arguments of the function that makes them: `rotary_delta`, `linear_delta`, `hexapod_on_rods`, `five_bar_on_rods`,
 `planar_on_rods`, `h4`; their `angles` are degrees.
 """

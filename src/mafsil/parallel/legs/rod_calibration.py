@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, positive
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-from mafsil.identification.geometric_calibration import GeometricCalibration, Measured, fit_geometry
+from mafsil.identification.geometric_calibration import ANGLE, LENGTH, GeometricCalibration, Measured, fit_geometry
 from mafsil.parallel.legs.rod_library import OnRods, as_rod_robot
 from mafsil.parallel.legs.rod_robot import Drive, RodRobot
 
@@ -75,7 +75,7 @@ def calibrate_rods(
             raise InputError("input.choice", name="parameters", value=each, known=", ".join(GROUPS))
     start = _start(nominal, value, measured, near)
     every = _parameters(nominal, parameters)
-    angle, length = positive("angle_tolerance", angle_tolerance), positive("length_tolerance", length_tolerance)
+    angle, length = ANGLE("angle_tolerance", angle_tolerance), LENGTH("length_tolerance", length_tolerance)
     turns = nominal.drive is Drive.CRANK
     scale = np.array([
         angle if each.group == "leans" or (each.group == "zeros" and turns) else length for each in every
@@ -132,11 +132,11 @@ def _parameters(robot: RodRobot, groups: Sequence[str]) -> list[_Parameter]:
 
 def _corrected(robot: RodRobot, every: Sequence[_Parameter], theta: Floats) -> RodRobot:
     """The robot with corrections (P,)."""
-    rods, arms, base, fixed, turning = (
-        np.array(v) for v in (robot.rods, robot.arms, robot.base, robot.fixed, robot.turning)
+    rods, arms, base, fixed, rotating = (
+        np.array(v) for v in (robot.rods, robot.arms, robot.base, robot.fixed, robot.rotating)
     )
     turns = np.zeros((robot.m, 3))
-    ends = turning if robot.motion.angles else fixed
+    ends = rotating if robot.motion.angles else fixed
     change: dict[str, Callable[[int, Floats, float], None]] = {
         "rods": lambda leg, _, v: _add(rods, leg, v), "arms": lambda leg, _, v: _add(arms, leg, v),
         "bases": lambda leg, d, v: _add(base, leg, d * v), "ends": lambda leg, d, v: _add(ends, leg, d * v),
@@ -146,7 +146,7 @@ def _corrected(robot: RodRobot, every: Sequence[_Parameter], theta: Floats) -> R
         change[each.group](each.leg, each.direction, value)
     R = rotation.exp(turns)
     axes, zeros = (np.einsum("mij,mj->mi", R, v) for v in (robot.axes, robot.zeros))
-    return replace(robot, rods=rods, arms=arms, base=base, fixed=fixed, turning=turning, axes=axes, zeros=zeros)
+    return replace(robot, rods=rods, arms=arms, base=base, fixed=fixed, rotating=rotating, axes=axes, zeros=zeros)
 
 
 def _add(array: Floats, leg: int, value: Floats | float) -> None:
@@ -158,7 +158,7 @@ def _changes(robot: RodRobot, T: Floats, q: Floats, every: Sequence[_Parameter])
     C = robot.carriers(q)
     d = robot.ends(T) - C
     u = d / np.linalg.norm(d, axis=-1, keepdims=True)
-    arm = robot.turning @ np.swapaxes(T[:, :3, :3], -1, -2)
+    arm = robot.rotating @ np.swapaxes(T[:, :3, :3], -1, -2)
     A = np.concatenate([np.cross(arm, u), u], axis=-1)[..., robot.motion.columns]
     G = np.zeros((len(q), robot.m, len(every)))
     for p, each in enumerate(every):

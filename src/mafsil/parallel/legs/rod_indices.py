@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, as_batch, not_negative, positive, single, spread, whole
+from mafsil.arrays import Floats, as_batch, calculable, not_negative, positive, single, spread, whole
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.parallel.legs.leg_lines import unit_vectors
@@ -109,7 +109,7 @@ def rod_indices(
     """
     value = robot.branch(x) if q is None else as_batch("q", q, (robot.m,), finite=True)
     A, B = _about_platform(robot, x, value)
-    arm = np.linalg.norm(robot.turning + robot.fixed, axis=1).mean()
+    arm = np.linalg.norm(robot.rotating + robot.fixed, axis=1).mean()
     unit = positive("length", length) if length is not None else float(arm if arm > 0 else robot.size)
     weights = np.concatenate([np.full(robot.motion.angles, unit), np.ones(robot.m - robot.motion.angles)])
     singular = np.asarray(singular_values(A / weights)[..., -1] < RANK, dtype=np.bool_)
@@ -124,7 +124,8 @@ def rod_indices(
     condition = np.divide(
         s[..., 0], s[..., -1], out=np.full(singular.shape, np.inf), where=s[..., -1] > RANK * s[..., 0]
     )
-    dq, dl = (spread(n, e, (robot.m,)) for n, e in (("motor_error", motor_error), ("rod_error", rod_error)))
+    errors = (("motor_error", motor_error), ("rod_error", rod_error))
+    dq, dl = (calculable(name, spread(name, each, (robot.m,))) for name, each in errors)
     K = _stiffness(regular, B, robot.m, motor_stiffness, rod_stiffness)
     into, out = _transmission(robot, x, value, back)
     return RodIndices(
@@ -152,7 +153,7 @@ def _stiffness(A: Floats, B: Floats, m: int, motors: ArrayLike | None, rods: Arr
     gives = np.zeros(A.shape)
     for name, value, M in (("motor_stiffness", motors, B), ("rod_stiffness", rods, np.eye(m))):
         if value is not None:
-            k = spread(name, value, (m,))
+            k = calculable(name, spread(name, value, (m,)))
             if not (k > 0).all():
                 raise InputError("input.positive", name=name, value=k.tolist())
             gives = gives + M @ (np.swapaxes(M, -1, -2) / k[:, None])
@@ -169,7 +170,7 @@ def _transmission(robot: RodRobot, x: ArrayLike, q: Floats, back: Floats) -> tup
         into = np.abs((u * swing).sum(axis=-1)) / np.linalg.norm(swing, axis=-1)
     V = np.zeros((*back.shape[:-2], robot.m, 6))
     V[..., robot.motion.columns] = np.swapaxes(back, -1, -2)
-    arm = robot.turning @ np.swapaxes(T[..., :3, :3], -1, -2)
+    arm = robot.rotating @ np.swapaxes(T[..., :3, :3], -1, -2)
     moved = np.linalg.norm(V[..., 3:] + np.cross(V[..., :3], arm), axis=-1)
     return np.arcsin(np.clip(into, 0.0, 1.0)), np.arcsin(1.0 / np.maximum(moved, 1.0))
 

@@ -50,7 +50,7 @@ def linear_delta(
     """
     at, end = (_in_space(name, value, 3) for name, value in (("towers", towers), ("platform", platform)))
     return RodRobot(
-        PlatformMotion.POINT, Drive.SLIDE, at, real_array("rods", rods), np.zeros(3), end,
+        PlatformMotion.POINT, Drive.LINEAR, at, real_array("rods", rods), np.zeros(3), end,
         real_array("rails", rails),
     )  # fmt: skip
 
@@ -70,7 +70,7 @@ def hexapod_on_rods(
     """
     at = single("base", base, (6, 3))
     away = at - at.mean(axis=0) if zeros is None else real_array("zeros", zeros)
-    drive = Drive.SLIDE if arms is None else Drive.CRANK
+    drive = Drive.LINEAR if arms is None else Drive.CRANK
     long = np.ones(()) if arms is None else real_array("arms", arms)
     n, l = real_array("axes", axes), real_array("rods", rods)
     return RodRobot(PlatformMotion.POSE, drive, at, l, single("platform", platform, (6, 3)), np.zeros(3), n, long, away)
@@ -104,20 +104,20 @@ def planar_on_rods(
     at, end = _in_space("base", base, 3), _in_space("platform", platform, 3)
     if (arms is None) == (slides is None):
         raise InputError("parallel.arms_or_slides")
-    drive = Drive.SLIDE if arms is None else Drive.CRANK
+    drive = Drive.LINEAR if arms is None else Drive.CRANK
     n = Z if slides is None else _in_space("slides", slides, 3)
     long = np.ones(()) if arms is None else real_array("arms", arms)
     return RodRobot(PlatformMotion.PLANE, drive, at, real_array("rods", rods), end, np.zeros(3), n, long)
 
 
 def h4(
-    base: ArrayLike, turning: ArrayLike, fixed: ArrayLike, arms: ArrayLike, rods: ArrayLike, angles: ArrayLike
+    base: ArrayLike, rotating: ArrayLike, fixed: ArrayLike, arms: ArrayLike, rods: ArrayLike, angles: ArrayLike
 ) -> RodRobot:
     """Four cranks and an articulated plate, which moves in space and turns about z: H4, I4, Par4.
 
     Args:
         base: (4, 3) places of the motors [m].
-        turning: (4, 3) from the middle of the plate to the hinges that turn with it [m].
+        rotating: (4, 3) from the middle of the plate to the hinges that turn with it [m].
         fixed: (4, 3) from these to the ends of the parallelograms, which do not turn [m].
         arms, rods: lengths, one or four [m].
         angles: (4,) of the planes of the cranks about z [rad]; positive motor angles swing the arms down.
@@ -125,7 +125,7 @@ def h4(
     u = _spokes(angles, 4)
     return RodRobot(
         PlatformMotion.SCHOENFLIES, Drive.CRANK, single("base", base, (4, 3)), real_array("rods", rods),
-        real_array("turning", turning), real_array("fixed", fixed), np.cross(u, -Z), real_array("arms", arms), u,
+        real_array("rotating", rotating), real_array("fixed", fixed), np.cross(u, -Z), real_array("arms", arms), u,
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """Platforms on rods: every leg a motor that moves one end of a rod, or makes it longer; the platform holds the other.
 
     crank    C = a + L (cos q e + sin q n x e)     RUS hexapods, Delta, 3-RRR, five-bars, pairs of SCARAs, H4
-    slide    C = a + q d                           PUS hexapods, linear Delta with any towers, Keops, 3-PRR
+    linear   C = a + q d                           PUS hexapods, linear Delta with any towers, Keops, 3-PRR
     extend   C = a, rod of length l + q            UPS hexapods, 3-RPR
 
 The far end is B = p + R c + b: c turns with the platform, b (of parallelograms and articulated plates) does not. From
@@ -42,7 +42,7 @@ class Drive(Enum):
     """What the motor of a leg does."""
 
     CRANK = "crank"
-    SLIDE = "slide"
+    LINEAR = "linear"
     EXTEND = "extend"
 
 
@@ -84,7 +84,7 @@ class RodRobot:
         drive: of the motors.
         base: (m, 3) places a of the motors [m].
         rods: (m,) lengths l [m]; of rods that motors extend those at q = 0.
-        turning, fixed: (m, 3) parts c and b of the ends on the platform [m].
+        rotating, fixed: (m, 3) parts c and b of the ends on the platform [m].
         axes: (m, 3) unit axes of cranks, directions of slides.
         arms: (m,) lengths L of cranks [m].
         zeros: (m, 3) unit directions e of cranks at angle 0, normal to the axes.
@@ -94,7 +94,7 @@ class RodRobot:
     drive: Drive
     base: Floats
     rods: Floats
-    turning: Floats
+    rotating: Floats
     fixed: Floats
     axes: Floats = field(default_factory=lambda: frozen(Z))
     arms: Floats = field(default_factory=lambda: frozen(np.ones(())))
@@ -103,7 +103,7 @@ class RodRobot:
     def __post_init__(self) -> None:
         m = len(self.motion.value)
         found = {"base": single("base", self.base, (m, 3))}
-        found |= {name: spread(name, getattr(self, name), (m, 3)) for name in ("turning", "fixed")}
+        found |= {name: spread(name, getattr(self, name), (m, 3)) for name in ("rotating", "fixed")}
         found |= {name: spread(name, getattr(self, name), (m,)) for name in ("rods", "arms")}
         for name in ("rods", "arms"):
             if not (found[name] > 0).all() and (name, self.drive) != ("rods", Drive.EXTEND):
@@ -158,14 +158,14 @@ class RodRobot:
     def ends(self, x: ArrayLike) -> Floats:
         """(*batch, m, 3) ends B of the rods on the platform [m]."""
         T = self.poses(x)
-        return self.turning @ np.swapaxes(T[..., :3, :3], -1, -2) + T[..., None, :3, 3] + self.fixed
+        return self.rotating @ np.swapaxes(T[..., :3, :3], -1, -2) + T[..., None, :3, 3] + self.fixed
 
     def carriers(self, q: ArrayLike) -> Floats:
         """(*batch, m, 3) ends C of the rods on the motors [m], at coordinates (*batch, m) [rad | m]."""
         value = as_batch("q", q, (self.m,), finite=True)[..., None]
         if self.drive is Drive.EXTEND:
             return np.broadcast_to(self.base, (*value.shape[:-1], 3)).copy()
-        if self.drive is Drive.SLIDE:
+        if self.drive is Drive.LINEAR:
             return self.base + value * self.axes
         return self.base + self.arms[:, None] * (np.cos(value) * self.zeros + np.sin(value) * self._sides)
 
@@ -211,7 +211,13 @@ class RodRobot:
         """
         found = self.inverse_kinematics(x)
         if not found:
-            raise InputError("parallel.rod_out_of_reach", reason=found)
+            row, leg = np.argwhere(found.misfit.reshape(-1, self.m))[0]
+            length = float(np.abs(found.misfit.reshape(-1, self.m)[row, leg]))
+            reached = int(found.reached.sum())
+            raise InputError(
+                "parallel.rod_out_of_reach", row=int(row), motor=int(leg) + 1, length=length, reached=reached,
+                rows=found.reached.size,
+            )  # fmt: skip
         chosen = np.broadcast_to(np.asarray(second, dtype=np.bool_), found.q.shape[:-1])
         return np.where(chosen, found.q[..., 1], found.q[..., 0])
 
@@ -240,13 +246,13 @@ class RodRobot:
 
     def swings(self, q: Floats) -> Floats:
         """(*batch, m, 3) C', velocities of the carriers per rate of their motors."""
-        if self.drive is Drive.SLIDE:
+        if self.drive is Drive.LINEAR:
             return np.broadcast_to(self.axes, (*q.shape, 3))
         angle = q[..., None]
         return self.arms[:, None] * (np.cos(angle) * self._sides - np.sin(angle) * self.zeros)
 
     def _rows(self, T: Floats, u: Floats) -> Floats:
-        r = self.turning @ np.swapaxes(T[..., :3, :3], -1, -2) + T[..., None, :3, 3]
+        r = self.rotating @ np.swapaxes(T[..., :3, :3], -1, -2) + T[..., None, :3, 3]
         return np.concatenate([np.cross(r, u), u], axis=-1)[..., self.motion.columns]
 
     def jacobian(self, x: ArrayLike, q: ArrayLike) -> Floats:
@@ -326,7 +332,7 @@ class RodRobot:
                 T = np.tile(np.eye(4), (*p.shape[:2], 1, 1))
                 T[..., :3, 3] = p
             case PlatformMotion.PLANE:
-                ends = np.broadcast_to(self.turning[:, :2], (len(C), 3, 2))
+                ends = np.broadcast_to(self.rotating[:, :2], (len(C), 3, 2))
                 T = self.poses_or_nan(planar_poses((C - self.fixed)[..., :2], ends, l, self.size, (len(C),)).x)
             case PlatformMotion.POSE:
                 T = self._stewart_poses(C, l)
@@ -339,7 +345,7 @@ class RodRobot:
 
     def _stewart_poses(self, C: Floats, l: Floats) -> Floats:
         rows = [
-            StewartPlatform(c - self.fixed, self.turning).forward_kinematics(s).T for c, s in zip(C, l, strict=True)
+            StewartPlatform(c - self.fixed, self.rotating).forward_kinematics(s).T for c, s in zip(C, l, strict=True)
         ]
         most = max((len(each) for each in rows), default=0)
         found = np.full((len(C), most, 4, 4), np.nan)
@@ -356,4 +362,4 @@ class RodRobot:
     def ends_or_nan(self, T: Floats) -> Floats:
         """(..., m, 3) ends of poses (..., 4, 4) that may be NaN."""
         R = np.swapaxes(T[..., :3, :3], -1, -2)
-        return self.turning @ R + T[..., None, :3, 3] + self.fixed
+        return self.rotating @ R + T[..., None, :3, 3] + self.fixed
