@@ -137,5 +137,7 @@ def test_links_and_their_lengths(capsys):
     assert "--turn" in capsys.readouterr().err
     assert main(["linkage", "bennett", "--out", "a.svg"]) != 0
     assert "planar" in capsys.readouterr().err
-    assert main(["linkage", "watt", "--turn"]) != 0
+    assert main(["linkage", "five_bar", "--turn"]) != 0
     assert "driven joint" in capsys.readouterr().err
+    assert main(["linkage", "peaucellier", "--turn", "--rows", "12"]) == 0
+    assert "O1, P1, E1" in capsys.readouterr().out

@@ -243,7 +243,7 @@ def test_files_have_masses_and_loads(tmp_path):
 
 def test_wrong_input_is_refused():
     with pytest.raises(ModelError, match="driven joint"):
-        turn_crank(library.watt())
+        turn_crank(library.five_bar())
     with pytest.raises(InputError, match="speed"):
         turn_crank(library.four_bar(), "A", speed=0.0)
     with pytest.raises(InputError, match="mobility by rank is 2"):
