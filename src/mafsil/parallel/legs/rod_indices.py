@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, as_batch, calculable, not_negative, positive, single, spread, whole
+from mafsil.arrays import Floats, as_batch, calculable, positive, real_array, single, spread, whole
 from mafsil.errors import InputError
+from mafsil.fields import between, check_fields
 from mafsil.geometry import rotation
 from mafsil.parallel.legs.leg_lines import unit_vectors
 from mafsil.parallel.legs.rod_robot import Drive, RodRobot
@@ -182,13 +183,16 @@ class RodLimits:
     Attributes:
         lower, upper: of the motors, one or m [rad | m].
         least_transmission: of both angles of every leg [rad].
-        largest_condition: of J.
+        largest_condition: of J; what is as good as singular is refused in any case.
     """
 
     lower: ArrayLike = -np.inf
     upper: ArrayLike = np.inf
     least_transmission: float = 0.0
-    largest_condition: float = np.inf
+    largest_condition: float = 1.0 / RANK
+    __post_init__ = check_fields(
+        lower=real_array, upper=real_array, least_transmission=between(0.0, np.pi / 2), largest_condition=positive
+    )
 
 
 def rod_workspace(
@@ -231,10 +235,9 @@ def _refused(robot: RodRobot, T: Floats, limits: RodLimits) -> np.ndarray[tuple[
     low, high = (np.broadcast_to(np.asarray(v, dtype=np.float64), (robot.m,)) for v in (limits.lower, limits.upper))
     inside = ((q >= low) & (q <= high)).all(axis=-1)
     why = np.where(~reached, 1, np.where(~inside, 2, 0)).astype(np.int8)
-    least = not_negative("least_transmission", limits.least_transmission)
-    most = not_negative("largest_condition", limits.largest_condition, unbounded=True)
+    least, most = limits.least_transmission, limits.largest_condition
     on = np.flatnonzero(why == 0)
-    if len(on) and (least > 0.0 or np.isfinite(most)):
+    if len(on):
         indices = rod_indices(robot, T[on], q[on])
         bad = np.where(indices.transmission.min(axis=(-1, -2)) < least, 3, np.where(indices.condition > most, 4, 0))
         why[on] = bad
