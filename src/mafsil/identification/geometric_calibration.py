@@ -30,8 +30,8 @@ from mafsil.robot import Robot, as_open_tree
 STEPS = 20
 ANGLE, LENGTH = between(1e-9, 1.0), between(1e-9, 1e3)
 """What tolerances of parameters may be [rad, m]."""
-SETTLED = 1e-9
-"""Step over the tolerances that ends the fit."""
+SETTLED = 1e-6
+"""Step over the tolerances that ends the fit: above the rounding of poses found by Newton's method."""
 ALONE = 1e-3
 """Share of a parameter outside of what the data decide, up to which it can be decided by itself."""
 FEWEST = 4
