@@ -399,6 +399,18 @@ complete -c mafsil -n '__fish_seen_subcommand_from mobility' -l no-color
 complete -c mafsil -n '__fish_seen_subcommand_from mobility' -l debug
 complete -c mafsil -n '__fish_seen_subcommand_from mobility' -l help
 complete -c mafsil -n '__fish_seen_subcommand_from mobility' -a 'planar spherical spatial'
+complete -c mafsil -n __fish_use_subcommand -a linkage -d 'links of a linkage and their lengths; --turn drives it once round: rates, accelerations, joint forces, motor effort, transmission angles'
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l turn
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l crank
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l speed
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l rows
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l picture
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l out
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l json
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l lang
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l no-color
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l debug
+complete -c mafsil -n '__fish_seen_subcommand_from linkage' -l help
 complete -c mafsil -n __fish_use_subcommand -a parallel -d 'inverse and forward kinematics, singularities and forces of a parallel robot'
 complete -c mafsil -n '__fish_seen_subcommand_from parallel' -l pose
 complete -c mafsil -n '__fish_seen_subcommand_from parallel' -l motors

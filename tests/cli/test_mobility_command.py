@@ -104,3 +104,40 @@ def test_errors_are_one_sentence(words, said, capsys):
 def test_in_arabic(capsys, monkeypatch):
     assert main(["mobility", "bennett", "--lang", "ar"]) == 0
     assert "غروبلر" in capsys.readouterr().out
+
+
+PRESS = str(Path(__file__).parents[2] / "examples" / "linkages" / "press.toml")
+
+
+def test_a_press_driven_once_round(tmp_path, capsys):
+    files = [str(tmp_path / f"press.{ending}") for ending in ("html", "csv", "svg", "dxf", "png")]
+    call = ["linkage", PRESS, "--turn", "--speed", "6", "--rows", "48", "--out", *files[:4], "--picture", files[4]]
+    assert main([*call, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    data = data.get("answer", data)
+    assert data["status"] == "round"
+    assert len(data["torque"]) == 48
+    html, csv, svg, dxf, png = (Path(each).read_bytes() for each in files)
+    assert b"crank A goes round" in html
+    assert csv.count(b"\n") == 49
+    assert b'width="' in svg
+    assert png[:4] == b"\x89PNG"
+    codes = dxf.decode("ascii").split("\n")
+    entities = [value for code, value in zip(codes[::2], codes[1::2], strict=False) if code == "0"]
+    assert entities.count("ARC") == 4 == entities.count("LINE") - 2
+    assert entities[-1] == "EOF"
+
+
+def test_links_and_their_lengths(capsys):
+    assert main(["linkage", "four_bar"]) == 0
+    shown = capsys.readouterr().out
+    assert "B - C" in shown
+    assert "4.000000" in shown
+    assert main(["linkage", "four_bar", "--picture", "a.png"]) != 0
+    assert "--turn" in capsys.readouterr().err
+    assert main(["linkage", "bennett", "--out", "a.svg"]) != 0
+    assert "planar" in capsys.readouterr().err
+    assert main(["linkage", "five_bar", "--turn"]) != 0
+    assert "driven joint" in capsys.readouterr().err
+    assert main(["linkage", "peaucellier", "--turn", "--rows", "12"]) == 0
+    assert "O1, P1, E1" in capsys.readouterr().out

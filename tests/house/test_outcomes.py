@@ -114,6 +114,8 @@ FAR[:3, 3] *= 10.0
 CORNERS = [mf.Contact(p, -np.array(p, float), 0.5) for p in ([1, 0], [-1, 0], [0, 1])]
 WRENCHES = mf.Grasp(CORNERS).matrix(8)
 
+DELTA = mf.parallel.legs.rotary_delta(0.2, 0.05, 0.3, 0.8)
+
 ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "tip wrench": (lambda: performance.tip_wrench(ARM, Q, np.ones(6)), True),
     "tip wrenches": (lambda: performance.tip_wrench(PUMA, np.zeros((30, 6)), np.ones(6)), False),
@@ -144,6 +146,9 @@ ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "redundant_constraints": (lambda: mobility.redundant_constraints(mobility.library.peaucellier()), True),
     "assembly": (lambda: mobility.assembly_modes(mobility.library.watt(), {"01": 0.1}), True),
     "curve": (lambda: mobility.trace_motion(mobility.library.four_bar()), True),
+    "indices": (lambda: mf.parallel.legs.rod_indices(DELTA, [0, 0, -0.7]), True),
+    "poses on rods": (lambda: DELTA.forward_kinematics([0, 0, 0]), True),
+    "turn of a crank": (lambda: mobility.linkages.turn_crank(mobility.library.four_bar(), "A", rows=12), True),
     "surface": (lambda: mobility.trace_surface(mobility.library.chain(2)), True),
     "surfaces": (lambda: mobility.configuration_surfaces(mobility.library.chain(2), starts=4), True),
     "four-bar": (lambda: mobility.FourBar(2, 4, 3.5, 4.5).positions([0.1, 0.2]), True),

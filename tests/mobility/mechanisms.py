@@ -3,6 +3,7 @@
 import numpy as np
 
 from mafsil.mobility import Linkage, joint
+from mafsil.mobility.linkages import coincident_joints
 
 
 def four_bar(points, planar=True, name="four-bar"):
@@ -74,3 +75,75 @@ def random_linkage(rng, loops, bodies):
         pitch = 0.3 if kind == "H" else 0.0
         joints.append(joint(f"J{k}", kind, [f"b{a}", f"b{b}"], place, axis, second=second, pitch=pitch))
     return Linkage.of(joints, ground="b0")
+
+
+def at_lengths(A, a, B, b, side):
+    """(..., 2) the point at lengths a from A and b from B, to the left of A -> B if side is 1."""
+    A, B = np.asarray(A, float), np.asarray(B, float)
+    d = B - A
+    far = np.sum(d**2, axis=-1, keepdims=True)
+    along = (far + a**2 - b**2) / (2 * far)
+    across = np.sqrt(a**2 / far - along**2)
+    return A + along * d + side * across * np.stack([-d[..., 1], d[..., 0]], axis=-1)
+
+
+def drawn(joints, places, output, **details):
+    """A planar linkage of pins {name: bodies} at places {name: (2,)}; a pin through several bodies is one entry."""
+    every = [each for name, bodies in joints.items() for each in coincident_joints(name, "R", bodies, places[name])]
+    return Linkage.of(every, planar=True, output=output, **details)
+
+
+JANSEN = dict(zip("abcdefghijklm", (38, 41.5, 39.3, 40.1, 55.8, 39.4, 36.7, 65.7, 49, 50, 61.9, 7.8, 15), strict=True))
+
+
+def jansen_places(angle):
+    """Places of Jansen's leg [m] at angles of its crank: {name: (..., 2)}, by circles alone."""
+    n, one = JANSEN, np.ones_like(angle)[..., None]
+    O, B = 0.0 * one * [1, 1], one * [-n["a"], -n["l"]]
+    P = n["m"] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    U = at_lengths(B, n["b"], P, n["j"], 1)
+    W = at_lengths(B, n["d"], U, n["e"], 1)
+    L = at_lengths(B, n["c"], P, n["k"], -1)
+    F = at_lengths(W, n["f"], L, n["g"], -1)
+    return {"O": O, "P": P, "U": U, "B": B, "W": W, "L": L, "F": F, "foot": at_lengths(F, n["h"], L, n["i"], 1)}
+
+
+def jansen():
+    joints = {
+        "O": ["ground", "crank"], "P": ["crank", "j", "k"], "U": ["j", "top"], "B": ["top", "ground", "c"],
+        "W": ["top", "f"], "L": ["k", "c", "shin"], "F": ["f", "shin"],
+    }  # fmt: skip
+    return drawn(joints, jansen_places(np.array(0.4)), "shin", name="Jansen")
+
+
+def klann_places(angle):
+    """Places of a leg of Klann's kind (lengths of boim.com/Walkin8r/Klann.html) at angles of its crank."""
+    one = np.ones_like(angle)[..., None]
+    A, B, D = 0.0 * one * [1, 1], one * [-38.8, -12.5], one * [-14.6, 41.9]
+    C = 17.5 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    H = at_lengths(B, 23.7, C, 38.8, 1)
+    F = at_lengths(C, 73.4, H, 35.2, 1)
+    E = at_lengths(D, 34.1, F, 57.7, -1)
+    return {"A": A, "B": B, "C": C, "D": D, "E": E, "F": F, "H": H, "foot": at_lengths(E, 111.7, F, 59.0, 1)}
+
+
+def klann():
+    joints = {
+        "A": ["ground", "crank"], "C": ["crank", "rod"], "H": ["rod", "lower"], "B": ["lower", "ground"],
+        "F": ["rod", "leg"], "E": ["leg", "upper"], "D": ["upper", "ground"],
+    }  # fmt: skip
+    return drawn(joints, klann_places(np.array(0.4)), "leg", name="Klann")
+
+
+def hart():
+    """Hart's inversor: Q of the output draws an exact straight line across O -> G."""
+    share, A, B, C, D = 0.4, *(np.array(p, float) for p in ((-2, 0), (1, 1.5), (2, 0), (-1, 1.5)))
+    places = {
+        "A": A, "B": B, "C": C, "D": D, "O": A + share * (B - A), "P": A + share * (D - A), "Q": C + share * (B - C),
+        "G": np.array([-1.2, -0.3]),
+    }  # fmt: skip
+    joints = {
+        "G": ["ground", "crank"], "O": ["ground", "long"], "A": ["long", "short"], "B": ["long", "output"],
+        "C": ["output", "other"], "D": ["other", "short"], "P": ["crank", "short"],
+    }  # fmt: skip
+    return drawn(joints, places, "output", name="Hart"), places

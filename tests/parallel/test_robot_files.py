@@ -44,7 +44,7 @@ def written(tmp_path, text: str) -> Path:
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
 def test_examples_are_robots(path):
-    assert isinstance(read_parallel(path), tuple(KINDS.values()))
+    assert isinstance(read_parallel(path), (*KINDS.values(), parallel.RodRobot))
 
 
 def test_the_hexapod_is_asked_there_and_back(capsys):
@@ -173,3 +173,34 @@ def test_a_file_that_is_too_large_is_said_to_be(tmp_path):
     with pytest.raises(FileError, match="larger than the 1000000 bytes") as caught:
         read_parallel(written(tmp_path, "# " + "x" * 1_000_001))
     assert "no TOML" not in str(caught.value)
+
+
+ON_RODS = {
+    "rotary_delta": "base = 0.2\nplatform = 0.05\narms = 0.3\nforearms = [0.8, 0.81, 0.79]\nangles = [0, 120, 240]\n",
+    "five_bar_on_rods": "base = [[0, 0], [0.3, 0]]\narms = 0.3\nrods = 0.45\n",
+    "planar_on_rods": "base = [[0.5, 0], [-0.25, 0.43], [-0.25, -0.43]]\nplatform = [[0.1, 0], [-0.05, 0.09], "
+    "[-0.05, -0.09]]\nrods = 0.35\narms = 0.3\n",
+    "h4": "base = [[0.3, 0, 0], [-0.3, 0.1, 0], [0, -0.3, 0], [0.1, -0.3, 0]]\nrotating = [[0, 0.06, 0], [0, 0.06, 0], "
+    "[0, -0.06, 0], [0, -0.06, 0]]\nfixed = [[0.1, 0, 0], [-0.1, 0, 0], [-0.1, 0, 0], [0.1, 0, 0]]\narms = 0.3\n"
+    "rods = 0.8\nangles = [0, 180, 270, 270]\n",
+}
+PLACES = {
+    "rotary_delta": (0.1, -0.05, -0.7), "five_bar_on_rods": (0.2, 0.5), "planar_on_rods": (0.03, 0.05, 0.2),
+    "h4": (0.05, 0.03, -0.7, 0.2),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ON_RODS)
+def test_robots_on_rods_are_asked_there_and_back(kind, tmp_path, capsys):
+    path, x = written(tmp_path, f'kind = "{kind}"\n{ON_RODS[kind]}'), PLACES[kind]
+    load = [1.0] * len(x)
+    there = ask(capsys, path, "--pose", *x, "--load", *load)
+    assert there["code"] == 0
+    answer = there.get("answer", there)
+    motors = np.array(answer["motors"])[:, 0]
+    back = ask(capsys, path, "--motors", *motors)
+    poses = np.array(back.get("answer", back)["poses"])
+    assert np.abs(poses - x).max(axis=1).min() < 1e-8
+    wrong = written(tmp_path, f'kind = "{kind}"\nscrews = 3\n{ON_RODS[kind]}')
+    with pytest.raises(FileError, match="unknown key screws"):
+        read_parallel(wrong)

@@ -122,6 +122,13 @@ CALLS = (
     "mobility.bodies.third_point(A=[0, 0], B=[1, 0], d_AC=1.0, d_BC=0.9)",
     "mobility.trace_motion(linkage=FOUR, step=0.1, steps=20)",
     "mobility.trace_surface(linkage=FIVE, step=0.3, points=10)",
+    "parallel.legs.calibrate_rods(robot=RODS, q=RODS_Q, measured=RODS_SEEN, held_out=0.4, angle_tolerance=0.01, "
+    "length_tolerance=0.01)",
+    "mf.identification.calibrate_arm(robot=R2, q=RODS_Q[:, :2], measured=RODS_SEEN, held_out=0.4, "
+    "angle_tolerance=0.01, length_tolerance=0.01)",
+    "parallel.legs.rod_indices(robot=RODS, x=[0, 0, -0.7], length=0.1, motor_stiffness=1.0, rod_stiffness=1.0, "
+    "motor_error=0.001, rod_error=0.001)",
+    "mobility.linkages.turn_crank(linkage=FOUR, crank='A', speed=2.0, rows=8)",
     "mobility.library.bennett(a=1.0, alpha=0.5, b=1.6, theta=1.0)",
     "mobility.library.chain(joints=2, length=1.0)",
     "mobility.library.delta(base=0.5, platform=0.2, arm=0.6, height=1.1, half=0.1)",
@@ -379,6 +386,8 @@ EXCLUDED = {
     "mafsil.identify.prior_spread": "three seconds a call",
     "mafsil.identify.smoothing": "three seconds a call",
     "mafsil.mobility.synthesise_path.tolerance": "a search of a minute; what is refused stands in its own tests",
+    "mafsil.mobility.linkages.write_plates.width": "writes files; what is refused stands in its own tests",
+    "mafsil.mobility.linkages.write_plates.hole": "writes files; what is refused stands in its own tests",
     "mafsil.one_joint.run_loop.desired": "the annotation of a function's result",
     "mafsil.verify.limit": "a routine of the developer: seconds a call; the limit is read only in the verdict",
 }
@@ -490,6 +499,9 @@ def _mechanisms(names: dict[str, Any]) -> dict[str, Any]:
     return {
         "BARS": chain, "BAR_Q": q, "BAR_TIP": tip, "BAR_MECHANISM": bars,
         "CRANK": trajectory.line_path(tip, chain.robot.forward_kinematics(moved)),
+        "RODS": parallel.legs.rotary_delta(0.2, 0.05, 0.3, 0.8),
+        "RODS_Q": 0.3 + 0.1 * np.sin(np.arange(36.0)).reshape(12, 3),
+        "RODS_SEEN": mf.identification.Measured(heights=-0.7 + 0.01 * np.sin(np.arange(12.0))),
         "FOUR": mobility.library.four_bar(), "FIVE": mobility.library.five_bar(), "PINCH": mf.Grasp(contacts),
         "CUBE": collision.TriangleMesh(cube, FACES), "HULL": cube, "DELTA": parallel.DeltaRobot(0.3, 0.1, 0.3, 0.8),
         "HEAVY": heavy, "HEAVY_Q": heavy.close_loops([0.5, 0.5, 1.5], hold=["A"]).q,

@@ -79,12 +79,23 @@ WRITTEN = (
     "mobility.bodies.Car(length=1.0)",
     "mobility.bodies.Cart(radius=0.1, width=1.0)",
     "mobility.bodies.Coin(radius=0.1)",
+    "mobility.linkages.BodyLoad(body='a', force=np.ones(3), at=np.zeros(3), moment=np.ones(3))",
+    "mobility.linkages.BodyMass(body='a', mass=1.0, center=np.zeros(3), inertia=np.eye(3))",
+    "mobility.linkages.LinkageLoads(gravity=np.ones(3))",
     "mobility.linkages.Coupling(follower='a', leader='b', ratio=2.0)",
     "mobility.FourBar(crank=2.0, coupler=4.0, rocker=3.5, ground=4.5)",
     "mobility.SliderCrank(crank=1.0, rod=3.0, offset=0.1)",
     "mobility.synthesis.FunctionTask(function=np.sqrt, interval=(1.0, 2.0), inputs=(0.0, 1.0), outputs=(0.0, 1.0))",
     "one_joint.LoopConditions(torque_limit=1.0, tracking_time=0.1, quantum=0.1, filter_time=0.1, dither=0.1, "
     "dither_frequency=10.0)",
+    "mf.identification.Measured(points=np.zeros((5, 3)), direction=np.ones(3), center=np.zeros(3), noise=0.1, "
+    "angle_noise=0.1)",
+    "parallel.legs.RodLimits(least_transmission=0.1, largest_condition=10.0)",
+    "parallel.RodRobot(motion=parallel.legs.PlatformMotion.POINT, drive=parallel.legs.Drive.CRANK, base=np.eye(3), "
+    "rods=np.ones(3), rotating=np.zeros((3, 3)), fixed=np.zeros((3, 3)), axes=np.eye(3), arms=np.ones(3), "
+    "zeros=np.eye(3)[[1, 2, 0]])",
+    "parallel.SphericalPlatform(motors=np.eye(3), zeros=np.eye(3)[[2, 0, 1]], platform=np.eye(3)[[1, 2, 0]], "
+    "first=np.full(3, 1.5), second=np.full(3, 1.5))",
     "parallel.CableRobot(base=np.eye(3), platform=np.zeros((3, 3)), lowest=1.0, highest=2.0)",
     "parallel.DeltaRobot(base=0.3, platform=0.1, arm=0.3, forearm=0.8)",
     "parallel.Eclipse(guide=1.0, rod=1.2, platform=0.5)",

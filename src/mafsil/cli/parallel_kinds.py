@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from mafsil.arrays import Floats
@@ -15,6 +13,7 @@ from mafsil.parallel import (
     FiveBar,
     PlanarThreeRPR,
     PlanarThreeRRR,
+    RodRobot,
     SingularKinds,
     StewartPlatform,
     cable_poses,
@@ -23,11 +22,12 @@ from mafsil.parallel import (
     nearest_singularity,
 )
 from mafsil.parallel.cables import CablePoses, CableTensions
+from mafsil.parallel.legs import Drive, PlatformMotion, RodPoses
 from mafsil.parallel.planar import MotorAngles, PlanarPoses
 from mafsil.parallel.platforms import ModePath, NearestSingularity, PlatformModes, PlatformPoints
 from mafsil.parallel.robot_file import ParallelRobot
 
-Found = PlatformModes | PlanarPoses | PlatformPoints | CablePoses | CableTensions
+Found = PlatformModes | PlanarPoses | PlatformPoints | CablePoses | CableTensions | RodPoses
 
 SPATIAL = ("x", "y", "z", "roll", "pitch", "yaw")
 PLANAR = ("x", "y", "phi")
@@ -46,9 +46,9 @@ class Asked:
         count: of motors.
     """
 
-    pose: ClassVar[tuple[str, ...]] = SPATIAL
-    wrench: ClassVar[tuple[str, ...]] = SPATIAL_WRENCH
-    rotary: ClassVar[bool] = False
+    pose: tuple[str, ...] = SPATIAL
+    wrench: tuple[str, ...] = SPATIAL_WRENCH
+    rotary: bool = False
     count: int = 3
 
     def motors(self, x: Floats) -> Floats:
@@ -318,6 +318,51 @@ class AskedPlanarCables(AskedCables):
         return x
 
 
+class AskedRods(Asked):
+    """A platform on rods."""
+
+    def __init__(self, robot: RodRobot) -> None:
+        self.robot, self.count, self.rotary = robot, robot.m, robot.drive is Drive.CRANK
+        self.pose, self.wrench = ON_RODS[robot.motion]
+
+    def motors(self, x: Floats) -> Floats:
+        """Both coordinates of each."""
+        return fitting(self.robot.inverse_kinematics(self._own(x)))
+
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """All of them."""
+        found = self.robot.forward_kinematics(motors)
+        T = found.T[: int(found.count)]
+        if self.pose is SPATIAL:
+            return found, np.concatenate([T[..., :3, 3], rotation.to_rpy(T[..., :3, :3])], axis=-1)
+        return found, self.robot.coordinates(T)
+
+    def misfit(self, x: Floats) -> Floats | None:
+        """Of the rods."""
+        return self.robot.inverse_kinematics(self._own(x)).misfit
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """With the first choice of each motor."""
+        return self.robot.singularity(self._own(x), self.robot.branch(self._own(x)))
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """With the first choice of each motor."""
+        return None, self.robot.efforts(self._own(x), self.robot.branch(self._own(x)), F)
+
+    def _own(self, x: Floats) -> Floats:
+        return matrix(x) if self.pose is SPATIAL else x
+
+
+ON_RODS = {
+    PlatformMotion.POSE: (SPATIAL, SPATIAL_WRENCH),
+    PlatformMotion.SCHOENFLIES: (("x", "y", "z", "phi"), ("mz", "fx", "fy", "fz")),
+    PlatformMotion.POINT: (SPATIAL[:3], SPATIAL_WRENCH[3:]),
+    PlatformMotion.PLANE: (PLANAR, PLANAR_WRENCH),
+    PlatformMotion.PLANE_POINT: (PLANAR[:2], PLANAR_WRENCH[1:]),
+}
+"""Names of the numbers of poses and of loads, by what the platform does."""
+
+
 def wrap_robot(robot: ParallelRobot) -> Asked:
     """A robot with the questions of the command."""
     match robot:
@@ -333,6 +378,8 @@ def wrap_robot(robot: ParallelRobot) -> Asked:
             return AskedFiveBar(robot)
         case CableRobot():
             return AskedPlanarCables(robot) if robot.planar else AskedCables(robot)
+        case RodRobot():
+            return AskedRods(robot)
 
 
 def matrix(x: Floats) -> Floats:

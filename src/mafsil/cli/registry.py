@@ -362,6 +362,19 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
+        "linkage",
+        "mafsil.cli.linkage:linkage_of_file",
+        (
+            Parameter("file", "path", positional=True, required=True, reads=True),
+            Parameter("turn", "flag"),
+            Parameter("crank", "text", metavar="JOINT"),
+            Parameter("speed", "number", metavar="RAD/S"),
+            Parameter("rows", "count"),
+            Parameter("picture", "path"),
+            Parameter("out", "path", many=True, metavar="FILE"),
+        ),
+    ),
+    Operation(
         "parallel",
         "mafsil.cli.parallel:parallel",
         (

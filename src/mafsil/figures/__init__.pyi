@@ -4,6 +4,7 @@ from mafsil.figures.block_diagram import plot_block_diagram as plot_block_diagra
 from mafsil.figures.block_diagram import plot_response as plot_response
 from mafsil.figures.configuration_surface import plot_surface as plot_surface
 from mafsil.figures.configurations import plot_configurations as plot_configurations
+from mafsil.figures.crank_turn import plot_crank_turn as plot_crank_turn
 from mafsil.figures.dh_frames import plot_dh_frames as plot_dh_frames
 from mafsil.figures.dh_frames import plot_link_motions as plot_link_motions
 from mafsil.figures.frames import plot_frame_graph as plot_frame_graph

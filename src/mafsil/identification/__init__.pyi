@@ -1,5 +1,8 @@
 from mafsil.identification.excitation import ExcitationTrajectory as ExcitationTrajectory
 from mafsil.identification.excitation import excitation_trajectory as excitation_trajectory
+from mafsil.identification.geometric_calibration import GeometricCalibration as GeometricCalibration
+from mafsil.identification.geometric_calibration import Measured as Measured
+from mafsil.identification.geometric_calibration import calibrate_arm as calibrate_arm
 from mafsil.identification.identify import identify as identify
 from mafsil.identification.log import MotionLog as MotionLog
 from mafsil.identification.payload import Payload as Payload

@@ -307,7 +307,8 @@ def second_order_forms(linkage: Linkage, state: LoopState, rates: Floats) -> Sec
     """
     d = rates.shape[1]
     stresses = left_null_space(state.matrix)
-    if not stresses.shape[1] or not d:
+    if not stresses.shape[1] or not d or any(each.table for each in linkage.couplings):
+        # Cams bend, which the screws do not know: a search decides.
         return SecondOrderForms(np.zeros((0, d, d)), None)
     moved = screw_rates(linkage, reduced_screws(linkage, state.screws))
     cycles, by_loop = linkage.cycles[:, linkage.joint_of], stresses[: 6 * linkage.loops].reshape(linkage.loops, 6, -1)

@@ -132,8 +132,8 @@ def trace_motion(
         here, frame = moved.theta, after
         path.append(here)
         tangents.append(frame.tangent)
-        back = float(np.linalg.norm((body_poses(linkage, here) - begin)[..., :3, :]))
-        if len(path) > 4 and back < 2 * h * np.sqrt(len(linkage.bodies)) and _passes_start(linkage, path, begin, scale):
+        back = _apart(linkage, here, begin)
+        if len(path) > 4 and back < 2 * h * np.sqrt(linkage.coordinates) and _passes_start(linkage, path, begin, scale):
             status = TraceStatus.CLOSED
             break
         h = min(largest, 1.5 * h) if correction < EASY else h

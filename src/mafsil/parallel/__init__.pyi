@@ -26,6 +26,7 @@ from mafsil.parallel.legs.leg_mechanism import Leg as Leg
 from mafsil.parallel.legs.leg_mechanism import LegMechanism as LegMechanism
 from mafsil.parallel.legs.leg_mechanism import legs_from_screws as legs_from_screws
 from mafsil.parallel.legs.leg_statics import leg_forces as leg_forces
+from mafsil.parallel.legs.rod_robot import RodRobot as RodRobot
 from mafsil.parallel.loop_singularity import LoopSingularities as LoopSingularities
 from mafsil.parallel.loop_singularity import LoopSingularity as LoopSingularity
 from mafsil.parallel.loop_singularity import choose_actuators as choose_actuators
@@ -41,6 +42,7 @@ from mafsil.parallel.platforms.platform_workspace import PlatformLimits as Platf
 from mafsil.parallel.platforms.platform_workspace import platform_workspace as platform_workspace
 from mafsil.parallel.platforms.pose_space import nearest_singularity as nearest_singularity
 from mafsil.parallel.platforms.regular_way import mode_path as mode_path
+from mafsil.parallel.platforms.spherical_platform import SphericalPlatform as SphericalPlatform
 from mafsil.parallel.platforms.stewart import StewartPlatform as StewartPlatform
 from mafsil.parallel.platforms.three_rps_forward import ThreeRPS as ThreeRPS
 from mafsil.parallel.robot_file import read_parallel as read_parallel

@@ -7,30 +7,36 @@
     platform_angles = [-45, 45, 75, 165, 195, 285]
 
 or `base` and `platform`, six places each; `3rpr`, `3rrr`, `delta`, `five_bar` and `cable` have the names of the
-attributes of `PlanarThreeRPR`, `PlanarThreeRRR`, `DeltaRobot`, `FiveBar` and `CableRobot`.
+attributes of `PlanarThreeRPR`, `PlanarThreeRRR`, `DeltaRobot`, `FiveBar` and `CableRobot`. Robots on rods have those
+of the arguments of the function that makes them: `rotary_delta`, `linear_delta`, `hexapod_on_rods`, `five_bar_on_rods`,
+`planar_on_rods`, `h4`; their `angles` are degrees.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
+from inspect import Parameter, signature
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mafsil.arrays import single
+from mafsil.arrays import real_array, single
 from mafsil.errors import FileError, InputError
 from mafsil.parallel.cables.cable_robot import CableRobot
+from mafsil.parallel.legs import rod_library
+from mafsil.parallel.legs.rod_robot import RodRobot
 from mafsil.parallel.planar.five_bar import FiveBar
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR, PlanarThreeRRR
 from mafsil.parallel.platforms.delta import DeltaRobot
 from mafsil.parallel.platforms.stewart import StewartPlatform
 from mafsil.toml_source import read_toml
 
-ParallelRobot = StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar | CableRobot
+ParallelRobot = StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar | CableRobot | RodRobot
 
-KINDS: dict[str, type[ParallelRobot]] = {
+KINDS: dict[str, type[StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar | CableRobot]] = {
     "stewart": StewartPlatform,
     "3rpr": PlanarThreeRPR,
     "3rrr": PlanarThreeRRR,
@@ -38,6 +44,14 @@ KINDS: dict[str, type[ParallelRobot]] = {
     "five_bar": FiveBar,
     "cable": CableRobot,
 }
+ON_RODS: dict[str, Callable[..., RodRobot]] = {
+    each.__name__: each
+    for each in (
+        rod_library.rotary_delta, rod_library.linear_delta, rod_library.hexapod_on_rods, rod_library.five_bar_on_rods,
+        rod_library.planar_on_rods, rod_library.h4,
+    )
+}  # fmt: skip
+"""Robots on rods by the function that makes them."""
 CIRCLES = ("base_radius", "platform_radius", "base_angles", "platform_angles")
 """Another way to describe a platform on six legs: two circles, angles in degrees."""
 HEADING = ("kind", "name")
@@ -67,18 +81,28 @@ def parse_parallel(data: dict[str, Any], source: str) -> ParallelRobot:
         FileError: as `read_parallel`.
     """
     kind = data.get("kind")
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise FileError("parallel.file_kind", path=source, given=repr(kind), known=", ".join(KINDS))
+    if not isinstance(kind, str) or kind not in KINDS | ON_RODS:
+        raise FileError("parallel.file_kind", path=source, given=repr(kind), known=", ".join((*KINDS, *ON_RODS)))
     numbers = {key: value for key, value in data.items() if key not in HEADING}
     circles = kind == "stewart" and any(key in numbers for key in CIRCLES)
-    keys = CIRCLES if circles else tuple(each.name for each in fields(KINDS[kind]))
+    needed: tuple[str, ...] = CIRCLES
+    keys: tuple[str, ...] = CIRCLES
+    if kind in ON_RODS:
+        arguments = signature(ON_RODS[kind]).parameters
+        keys = tuple(arguments)
+        needed = tuple(name for name, each in arguments.items() if each.default is Parameter.empty)
+    elif not circles:
+        keys = needed = tuple(each.name for each in fields(KINDS[kind]))
     for key in numbers:
         if key not in keys:
             raise FileError("mobility.file_key", path=source, place="", name=key, known=", ".join((*HEADING, *keys)))
-    for key in keys:
+    for key in needed:
         if key not in numbers:
             raise FileError("mobility.file_missing", path=source, place=kind, name=key)
     try:
+        if kind in ON_RODS:
+            turned = {"angles": np.radians(real_array("angles", numbers["angles"]))} if "angles" in numbers else {}
+            return ON_RODS[kind](**(numbers | turned))
         return _on_circles(numbers) if circles else KINDS[kind](**numbers)
     except InputError as error:
         raise FileError("mobility.file_joint", path=source, place=kind, reason=error.message()) from None

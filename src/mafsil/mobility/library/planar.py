@@ -20,9 +20,9 @@ def direction(angle: float) -> Floats:
     return np.array([np.cos(angle), np.sin(angle)])
 
 
-def pins(places: Sequence[tuple[str, str, str, ArrayLike]]) -> list[LinkageJoint]:
-    """Revolute joints (name, parent, child, place)."""
-    return [joint(name, "R", [parent, child], place) for name, parent, child, place in places]
+def pins(places: Sequence[tuple[str, str, str, ArrayLike]], driven: str = "") -> list[LinkageJoint]:
+    """Revolute joints (name, parent, child, place), one of them with a motor."""
+    return [joint(name, "R", [parent, child], at, actuated=name == driven) for name, parent, child, at in places]
 
 
 def four_bar(
@@ -37,7 +37,7 @@ def parallelogram(crank: float = 1, ground: float = 2, theta: float = 1.0) -> Li
     u = crank * direction(theta)
     places = [("A", "ground", "crank", [0, 0]), ("B", "crank", "coupler", u)]
     places += [("C", "coupler", "rocker", u + np.array([ground, 0.0])), ("D", "rocker", "ground", [ground, 0])]
-    return Linkage.of(pins(places), name="parallelogram", planar=True, output="coupler")
+    return Linkage.of(pins(places, "A"), name="parallelogram", planar=True, output="coupler")
 
 
 def three_cranks(
@@ -54,7 +54,7 @@ def three_cranks(
     joints: list[LinkageJoint] = []
     for k, (x, angle) in enumerate(zip(pivots, each.tolist(), strict=True)):
         tip = np.array([x, 0.0]) + length * direction(angle)
-        joints += pins([(f"G{k}", "ground", f"crank{k}", [x, 0]), (f"K{k}", f"crank{k}", "coupler", tip)])
+        joints += pins([(f"G{k}", "ground", f"crank{k}", [x, 0]), (f"K{k}", f"crank{k}", "coupler", tip)], "G0")
     return Linkage.of(joints, name="three parallel cranks", planar=True, output="coupler")
 
 
@@ -137,7 +137,7 @@ def _six_bar(name: str, carrier: str, places: Sequence[ArrayLike]) -> Linkage:
     outer = as_batch("places", np.asarray(places, dtype=float), (3, 2), finite=True)
     inner = [("01", "0", "1", (0, 0)), ("12", "1", "2", (1, 2)), ("23", "2", "3", (4, 3)), ("30", "3", "0", (4, 0))]
     rest = [(f"{carrier}4", carrier, "4", outer[0]), ("45", "4", "5", outer[1]), ("53", "5", "3", outer[2])]
-    return Linkage.of(pins([*inner, *rest]), name=name, ground="0", planar=True, output="5")
+    return Linkage.of(pins([*inner, *rest], "01"), name=name, ground="0", planar=True, output="5")
 
 
 def peaucellier(arm: float = 3, side: float = 1.2, crank: float = 1, theta: float = 0.5) -> Linkage:
@@ -161,7 +161,7 @@ def peaucellier(arm: float = 3, side: float = 1.2, crank: float = 1, theta: floa
         ("E2", "arm 2", "side 2", ends[1]), ("F1", "arm 1", "side 3", ends[0]), ("F2", "arm 2", "side 4", ends[1]),
         ("Q", "side 3", "side 4", Q),
     ]  # fmt: skip
-    return Linkage.of(pins(places), name="Peaucellier inversor", planar=True, output="side 3")
+    return Linkage.of(pins(places, "A"), name="Peaucellier inversor", planar=True, output="side 3")
 
 
 def overlapping_joints() -> Linkage:

@@ -47,7 +47,10 @@ def draw_at(linkage: Linkage, theta: ArrayLike) -> Linkage:
             T_child = T_child @ np.linalg.inv(linkage.apart[each.name])
         joints.append(_move(each, T[index[each.parent]], T_child, screws[:, first:], value[first:]))
         first += each.freedoms
-    return replace(linkage, joints=tuple(joints), apart={})
+    couplings = tuple(
+        each.counted_from(float(value[linkage.columns_of([each.leader])[0]])) for each in linkage.couplings
+    )
+    return replace(linkage, joints=tuple(joints), apart={}, couplings=couplings)
 
 
 def _move(each: LinkageJoint, T_parent: Floats, T_child: Floats, screws: Floats, theta: Floats) -> LinkageJoint:

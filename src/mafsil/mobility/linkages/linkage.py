@@ -14,30 +14,15 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, frozen, number, require_kind
+from mafsil.arrays import Floats, frozen, require_kind
 from mafsil.errors import ModelError
-from mafsil.fields import check_fields
 from mafsil.messages import say
+from mafsil.mobility.linkages.coupling import Coupling
 from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint
 from mafsil.mobility.tolerances import TYPED
 
 ROUNDINGS = 64 * float(np.finfo(np.float64).eps)
 """Share of their coordinates within which points are one: the mean of equal points is off by rounding."""
-
-
-@dataclass(frozen=True, slots=True)
-class Coupling:
-    """Gears, belts, joints that follow others: theta_follower = ratio theta_leader, counted from the drawing.
-
-    Attributes:
-        follower, leader: names of joints of one freedom.
-        ratio: [1, m/rad or rad/m]; not zero.
-    """
-
-    follower: str
-    leader: str
-    ratio: float
-    __post_init__ = check_fields(ratio=number)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,13 +142,14 @@ class Linkage:
         )  # fmt: skip
 
     def require_coupling(self, each: Coupling) -> None:
-        """Refuse a coupling of joints that are not there, have several freedoms, or of ratio zero.
+        """Refuse a coupling of joints that are not there, have several freedoms, of ratio zero, a cam that is no hinge.
 
         Raises:
             ModelError: the sentence names both joints.
         """
         pair = [self.joints[k] for k in self.index_of([each.follower, each.leader])]
-        if pair[0] is pair[1] or any(one.freedoms != 1 for one in pair) or not (np.isfinite(each.ratio) and each.ratio):
+        sliding = bool(each.table) and pair[1].kind is not Kind.REVOLUTE
+        if pair[0] is pair[1] or any(one.freedoms != 1 for one in pair) or sliding or not (each.ratio or each.table):
             raise ModelError("mobility.coupling", follower=each.follower, leader=each.leader, ratio=each.ratio)
 
     @property

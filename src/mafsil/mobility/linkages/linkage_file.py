@@ -13,21 +13,34 @@
     actuated = true
     child_at = [1, 2]          # where the child is drawn apart: the place on it that belongs in the joint
 
+    [[coupling]]               # a gear, belt or cam
+    follower = "D"
+    leader = "A"
+    ratio = -2.0               # or, of a cam, table = [[0, 0], [1, 0.02], ... [6.283185307179586, 0]]
+
+    [[body]]                   # only `turn_crank` takes masses, loads and gravity: see `linkage_loads`
+    name = "coupler"
+    mass = 2.0
+
 A pin through more than two bodies stands as one joint: it becomes coincident joints of neighbours.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from os import PathLike
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from mafsil.errors import FileError, MafsilError
-from mafsil.mobility.linkages.linkage import Coupling, Linkage
+from mafsil.mobility.linkages.coupling import Coupling
+from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.linkage_joint import LinkageJoint, coincident_joints
+from mafsil.mobility.linkages.linkage_loads import BodyLoad, BodyMass, LinkageLoads
 from mafsil.toml_source import read_toml
 
-_KEYS = {"name", "planar", "ground", "output", "bodies", "joint", "coupling"}
-_COUPLING_KEYS = {"follower", "leader", "ratio"}
+_KEYS = {"name", "planar", "ground", "output", "bodies", "joint", "coupling", "body", "load", "gravity"}
+Made = TypeVar("Made")
 _JOINT_KEYS = {"name", "kind", "bodies", "at", "axis", "second", "pitch", "actuated", "limits", "child_at"}
 
 
@@ -71,26 +84,71 @@ def parse_linkage(data: object, source: str) -> Linkage:
     return Linkage.of(
         joints, name=table.get("name", Path(source).stem), ground=table.get("ground", "ground"),
         output=table.get("output"), planar=table.get("planar", False), bodies=table.get("bodies"),
-        couplings=_couplings(table.get("coupling", []), source),
+        couplings=_values(
+            table.get("coupling", []), "coupling", {"follower": str, "leader": str}, ("ratio", "table"), Coupling,
+            source,
+        ),
     )  # fmt: skip
 
 
-def _couplings(given: object, source: str) -> list[Coupling]:
-    entries = cast("list[object]", given) if isinstance(given, list) else [None]
-    found: list[Coupling] = []
-    for k, entry in enumerate(entries):
-        table, place = _table(entry), f"coupling {k + 1}"
+def read_loads(path: str | PathLike[str]) -> LinkageLoads:
+    """Masses, loads and gravity in the TOML file of a linkage; none in other files.
+
+    Raises:
+        FileError: as `read_linkage`; the sentence names the body and the key.
+    """
+    data = read_toml(path)
+    return parse_loads(data, Path(path).name)
+
+
+def parse_loads(data: dict[str, Any], source: str) -> LinkageLoads:
+    """Masses, loads and gravity in plain data.
+
+    Args:
+        data: as read from TOML.
+        source: name for errors.
+    """
+    masses = _values(
+        data.get("body", []), "body", {"name": str, "mass": object}, ("center", "inertia"), BodyMass, source
+    )
+    loads = _values(data.get("load", []), "load", {"body": str}, ("at", "force", "moment", "follows"), BodyLoad, source)
+    gravity = {"gravity": data["gravity"]} if "gravity" in data else {}
+    try:
+        return LinkageLoads(masses, loads, **gravity)
+    except MafsilError as error:
+        raise FileError("mobility.file_joint", path=source, place="gravity", reason=_Reason(error)) from None
+
+
+def _values(
+    given: object, title: str, needed: dict[str, type], more: tuple[str, ...], make: Callable[..., Made], source: str
+) -> list[Made]:
+    """What tables [[title]] describe, each made of its keys.
+
+    Args:
+        given: list of tables.
+        title: of the tables.
+        needed: keys that must be there, and their kinds.
+        more: other keys.
+        make: takes the values, in the order of `needed`, and the others by name.
+        source: name for errors.
+    """
+    found: list[Made] = []
+    for k, entry in enumerate(cast("list[object]", given) if isinstance(given, list) else [None]):
+        table, place = _table(entry), f"{title} {k + 1}"
         if table is None:
             raise FileError("mobility.file_value", path=source, place=place, expected="table")
-        _known(table, _COUPLING_KEYS, source, place)
-        for key, kinds, words in (
-            ("follower", str, "name"),
-            ("leader", str, "name"),
-            ("ratio", (int, float), "number"),
-        ):
-            if not isinstance(table.get(key), kinds):
-                raise FileError("mobility.file_value", path=source, place=f"{place}: {key}", expected=words)
-        found.append(Coupling(table["follower"], table["leader"], float(table["ratio"])))
+        _known(table, {*needed, *more}, source, place)
+        for key, kind in needed.items():
+            if key not in table:
+                raise FileError("mobility.file_missing", path=source, place=place, name=key)
+            if not isinstance(table[key], kind):
+                raise FileError("mobility.file_value", path=source, place=f"{place}: {key}", expected="name")
+        if not isinstance(table.get("follows", False), bool):
+            raise FileError("mobility.file_value", path=source, place=f"{place}: follows", expected="true or false")
+        try:
+            found.append(make(*(table[key] for key in needed), **{key: table[key] for key in more if key in table}))
+        except MafsilError as error:
+            raise FileError("mobility.file_joint", path=source, place=place, reason=_Reason(error)) from None
     return found
 
 

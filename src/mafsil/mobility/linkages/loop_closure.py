@@ -167,9 +167,8 @@ def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
         screws[..., columns] = pose.adjoint(T[..., linkage.ends[k, 0], :, :]) @ twists
     gap, rows = _gaps(linkage, T, motions, screws)
     if linkage.couplings:
-        ratios = coupling_rows(linkage)
-        gap = np.concatenate([gap, (value / units(linkage)) @ ratios.T], axis=-1)
-        rows = np.concatenate([rows, np.broadcast_to(ratios, (*rows.shape[:-2], *ratios.shape))], axis=-2)
+        missed, moved, _ = coupled(linkage, value)
+        gap, rows = np.concatenate([gap, missed], axis=-1), np.concatenate([rows, moved], axis=-2)
     if linkage.pairs:
         missed, moved = _pairs_of(linkage, T, screws)
         gap, rows = np.concatenate([gap, missed], axis=-1), np.concatenate([rows, moved], axis=-2)
@@ -182,15 +181,24 @@ def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
     return LoopState(T, screws, gap, rows)
 
 
-@lru_cache(maxsize=64)
-def coupling_rows(linkage: Linkage) -> Floats:
-    """(K, F) what the couplings ask of coordinates over `units`: u_follower - ratio u_leader = 0, free of units."""
-    scale = units(linkage)
-    rows = np.zeros((len(linkage.couplings), linkage.coordinates))
-    for row, each in zip(rows, linkage.couplings, strict=True):
+def coupled(linkage: Linkage, theta: Floats) -> tuple[Floats, Floats, Floats]:
+    """What the couplings miss (*batch, K), its first and second derivatives by the coordinates (*batch, K, F).
+
+    u_follower - f(u_leader) = 0, coordinates over `units`, free of units.
+
+    Args:
+        linkage: as drawn.
+        theta: (*batch, F) [rad | m].
+    """
+    scale, shape = units(linkage), (*theta.shape[:-1], len(linkage.couplings))
+    gap, rows, bends = np.zeros(shape), np.zeros((*shape, linkage.coordinates)), np.zeros((*shape, linkage.coordinates))
+    for k, each in enumerate(linkage.couplings):
         follower, leader = (int(linkage.columns_of([name])[0]) for name in (each.follower, each.leader))
-        row[follower], row[leader] = 1.0, -each.ratio * scale[leader] / scale[follower]
-    return frozen(rows)
+        value, slope, bend = each.motion(theta[..., leader])
+        gap[..., k] = (theta[..., follower] - value) / scale[follower]
+        rows[..., k, follower], rows[..., k, leader] = 1.0, -slope * scale[leader] / scale[follower]
+        bends[..., k, leader] = -bend * scale[leader] ** 2 / scale[follower]
+    return gap, rows, bends
 
 
 def _pairs_of(linkage: Linkage, T: Floats, screws: Floats) -> tuple[Floats, Floats]:

@@ -17,8 +17,9 @@ from mafsil.geometry import pose
 from mafsil.mobility.assembly_existence import closed_beside_drawing, least_gap
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.library import linkage
+from mafsil.mobility.linkages.coupling import Coupling
 from mafsil.mobility.linkages.drawing import draw_at, split_joints, without
-from mafsil.mobility.linkages.linkage import Coupling, Linkage
+from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.linkage_file import is_linkage, read_linkage
 from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint, across
 from mafsil.mobility.linkages.loop_closure import largest_gap
@@ -226,7 +227,7 @@ def mechanism_of(linkage: Linkage) -> Mechanism:
         linkage: closed where it is drawn.
 
     Raises:
-        ModelError: it gapes there, is drawn apart, or couples a joint that closes a loop.
+        ModelError: it gapes there, is drawn apart, couples a joint that closes a loop, or has a cam.
     """
     gap = float(largest_gap(linkage))
     if gap > CLOSED:
@@ -234,7 +235,7 @@ def mechanism_of(linkage: Linkage) -> Mechanism:
     fine = split_joints(linkage)
     closing = {fine.joints[k].name for k in fine.closing}
     for each in fine.couplings:
-        if {each.follower, each.leader} & closing:
+        if each.table or {each.follower, each.leader} & closing:
             raise ModelError("mobility.coupled_closing", follower=each.follower, leader=each.leader)
     mimics = {each.follower: Mimic(each.leader, each.ratio) for each in fine.couplings}
     origins = {fine.ground: np.zeros(3)}

@@ -38,11 +38,13 @@ class MotorAngles(Answer, data="q misfit free reached"):
         q: (*batch, m, 2) angles in (-pi, pi]; twice the one at which the rod comes nearest where it does not fit [rad].
         misfit: (*batch, m) by how much each rod is too short (positive) or too long; zero where it fits [m].
         free: (*batch, m) whether any angle will do: the rod ends on the axis of its motor, at the right distance.
+        unit: deg of motors that turn, whose angles are radians all the same; m of motors that slide.
     """
 
     q: Floats
     misfit: Floats
     free: Booleans
+    unit: str = "deg"
 
     @property
     def reached(self) -> Booleans:
@@ -70,14 +72,15 @@ class MotorAngles(Answer, data="q misfit free reached"):
 
     def __iter__(self) -> Iterator[Any]:
         if self.misfit.ndim > 1:
-            return (MotorAngles(*row) for row in zip(self.q, self.misfit, self.free, strict=True))
+            return (MotorAngles(*row, self.unit) for row in zip(self.q, self.misfit, self.free, strict=True))
         return iter(self.choices if self else self.choices[:0])
 
     def _table(self) -> list[str]:
         if self.misfit.ndim > 1 or not self:
             return []
-        head = (say("cli.parallel_motor"), "1 [deg]", "2 [deg]")
-        rows = [(str(k + 1), *map(number, np.degrees(both).tolist())) for k, both in enumerate(self.q)]
+        head = (say("cli.parallel_motor"), f"1 [{self.unit}]", f"2 [{self.unit}]")
+        shown = np.degrees(self.q) if self.unit == "deg" else self.q
+        rows = [(str(k + 1), *map(number, both)) for k, both in enumerate(shown.tolist())]
         return table(head, rows)
 
     def explain(self, language: str | None = None) -> str:

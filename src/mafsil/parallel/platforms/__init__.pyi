@@ -12,6 +12,7 @@ from mafsil.parallel.platforms.pose_space import NearestSingularity as NearestSi
 from mafsil.parallel.platforms.pose_space import nearest_singularity as nearest_singularity
 from mafsil.parallel.platforms.regular_way import ModePath as ModePath
 from mafsil.parallel.platforms.regular_way import mode_path as mode_path
+from mafsil.parallel.platforms.spherical_platform import SphericalPlatform as SphericalPlatform
 from mafsil.parallel.platforms.stewart import ForwardPoses as ForwardPoses
 from mafsil.parallel.platforms.stewart import StewartPlatform as StewartPlatform
 from mafsil.parallel.platforms.three_rps_forward import ThreeRPS as ThreeRPS

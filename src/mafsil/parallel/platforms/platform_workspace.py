@@ -92,6 +92,21 @@ class PlatformWorkspace(Answer, data="axes allowed reasons", entries="allowed"):
         """Volume of places (nx, ny, nz) and how far it may be wrong, half of the cells of the boundary [m^3]."""
         return grid_volume(self.axes, places)
 
+    def voids(self, places: Booleans) -> tuple[int, float]:
+        """How many holes there are inside of places (nx, ny, nz), enclosed by them, and their volume [m^3].
+
+        In a plane of one cell thickness holes are those of the area.
+        """
+        count, volume = 0, 0.0
+        cell = grid_volume(self.axes, np.ones(places.shape, dtype=bool))[0] / places.size
+        rest = ~places & ~_flooded(~places, _border(places.shape))
+        while rest.any():
+            seed = np.zeros(places.shape, dtype=bool)
+            seed[np.unravel_index(int(rest.argmax()), places.shape)] = True
+            hole = _flooded(rest, seed)
+            count, volume, rest = count + 1, volume + cell * int(hole.sum()), rest & ~hole
+        return count, volume
+
     @property
     def status(self) -> WorkspaceStatus:
         """Some or none."""
@@ -123,6 +138,32 @@ def grid_volume(axes: tuple[Floats, ...], places: Booleans) -> tuple[float, floa
         edge[tuple(before)] |= differs
         edge[tuple(after)] |= differs
     return cell * int(places.sum()), cell * int(edge.sum()) / 2
+
+
+def _border(shape: tuple[int, ...]) -> Booleans:
+    """Cells on a side of the box; of a side of one cell none."""
+    found = np.zeros(shape, dtype=np.bool_)
+    for axis, n in enumerate(shape):
+        if n > 1:
+            for end in (0, -1):
+                found[(slice(None),) * axis + (end,)] = True
+    return found
+
+
+def _flooded(free: Booleans, seed: Booleans) -> Booleans:
+    """Free cells that are joined with the seeds through sides of free cells."""
+    wet = free & seed
+    while True:
+        wider = wet.copy()
+        for axis in range(free.ndim):
+            before = (slice(None),) * axis + (slice(None, -1),)
+            after = (slice(None),) * axis + (slice(1, None),)
+            wider[after] |= wet[before]
+            wider[before] |= wet[after]
+        wider &= free
+        if (wider == wet).all():
+            return wet
+        wet = wider
 
 
 def platform_workspace(
