@@ -25,6 +25,7 @@ _mafsil() {
         check-homework) words='--dh --screws --jacobian --convention --kind --q --letter --tip --degrees --lock --tool --payload --xacro-arg --model --base --gravity --json --lang --no-color --debug --help modified classic space body tip arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e' ;;
         convert) words='--rpy --quaternion --matrix --axis-angle --euler --rotation-vector --gibbs --pose --exponential --screw --planar --position --all-sequences --picture --project --degrees --json --lang --no-color --debug --help' ;;
         mobility) words='--q --rule --play --locked-joints --actuated --subsets --surfaces --picture --json --lang --no-color --debug --help planar spherical spatial' ;;
+        linkage) words='--turn --crank --speed --rows --picture --out --json --lang --no-color --debug --help' ;;
         parallel) words='--pose --motors --load --ways --degrees --picture --json --lang --no-color --debug --help' ;;
         synthesis) words='--candidate --picture --json --lang --no-color --debug --help' ;;
         grasp) words='--facets --steps --fingers --mu --gamma --opening --length --about --clearance --push --picture --json --lang --no-color --debug --help' ;;
@@ -37,7 +38,7 @@ _mafsil() {
         man) words='--json --lang --no-color --debug --help' ;;
         info) words='--export-check --build --json --lang --no-color --debug --help' ;;
     esac
-    [ "$COMP_CWORD" -eq 1 ] && words='run check-job demo sweep compare diff studio list book show fk ik dynamics plan base-placement design singularity statics workspace dh derive check-homework convert mobility parallel synthesis grasp lint verify identify export trajectory completion man info --version --help --lang'
+    [ "$COMP_CWORD" -eq 1 ] && words='run check-job demo sweep compare diff studio list book show fk ik dynamics plan base-placement design singularity statics workspace dh derive check-homework convert mobility linkage parallel synthesis grasp lint verify identify export trajectory completion man info --version --help --lang'
     [ "$previous" = --lang ] && words='en ar'
     COMPREPLY=($(compgen -W "$words" -- "$current") $([ "$COMP_CWORD" -gt 1 ] && compgen -f -- "$current"))
 }
