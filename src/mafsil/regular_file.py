@@ -135,7 +135,7 @@ class FileStamps(NamedTuple):
         newest = max((max(stamp[-2:]) for stamp in stamps if stamp is not None), default=0)
         return cls(given, stamps, newest < time_ns() - int(SETTLED * 1e9))
 
-    def changed(self) -> bool:
+    def has_changed(self) -> bool:
         """Whether a file is another one by now."""
         return any(_stamp(path) != stamp for path, stamp in zip(self.paths, self.stamps, strict=True))
 

@@ -9,7 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.design import ParametricArm, TaskSet, optimise
-from mafsil.design.search import undominated
+from mafsil.design.search import is_undominated
 from tests.design.test_tasks import plane_arm
 
 
@@ -59,7 +59,7 @@ def test_front_with_limits_and_equal_seeds() -> None:
     assert 2 <= len(front) <= 4
     assert all(point.proved for point in front)
     f = np.array([[point.measures["mass"], -point.measures["condition"]] for point in front])
-    assert undominated(f).all()
+    assert is_undominated(f).all()
     assert (np.diff(f[:, 0]) > 0).all()
     for point in front:
         assert point.evaluation.measures["utilisation"] <= 0.9
@@ -97,7 +97,7 @@ def test_wrong_arguments() -> None:
 
 def test_undominated_rows() -> None:
     rows = np.random.default_rng(0).uniform(size=(60, 3))
-    keep = undominated(rows)
+    keep = is_undominated(rows)
     for k, row in enumerate(rows):
         assert keep[k] == (not any((other <= row).all() and (other < row).any() for other in rows))
-    assert undominated([[1.0, 1.0], [1.0, 1.0]]).tolist() == [True, False]
+    assert is_undominated([[1.0, 1.0], [1.0, 1.0]]).tolist() == [True, False]

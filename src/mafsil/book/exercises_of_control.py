@@ -8,7 +8,7 @@ from math import exp, log, pi, sqrt
 import numpy as np
 
 from mafsil.book.exercise import Draw, Task, asks
-from mafsil.book.judging import asked
+from mafsil.book.judging import ask
 from mafsil.derivation import Derivation, derive_dynamics
 from mafsil.model.library.planar import planar2r_point_masses
 from mafsil.one_joint import ForceLoop, JointArm, SecondOrder, ki_limit, steady_state_error
@@ -47,9 +47,9 @@ def torques(draw: Draw) -> Task:
         {"l1": l1, "l2": l2, "m1": m1, "m2": m2, "t1": angles[0], "t2": angles[1], "qd": qd, "qdd": qdd, "M": M, "c": c,
          "gravity": g, "tau": tau},
         [
-            asked("M", M, last_mass_left_out=M - [[m2 * (l1**2 + l2**2 + 2 * l1 * l2 * np.cos(q[1])), 0], [0, 0]],
+            ask("M", M, last_mass_left_out=M - [[m2 * (l1**2 + l2**2 + 2 * l1 * l2 * np.cos(q[1])), 0], [0, 0]],
                   sine_cosine=M + m2 * l1 * l2 * (np.sin(q[1]) - np.cos(q[1])) * np.array([[2, 1], [1, 0]])),
-            asked("tau", tau, "N m", no_gravity=tau - g, gravity_sign=tau - 2 * g, no_velocity_terms=tau - c,
+            ask("tau", tau, "N m", no_gravity=tau - g, gravity_sign=tau - 2 * g, no_velocity_terms=tau - c,
                   velocity_sign=tau - 2 * c, half_coriolis=tau + np.array([h * qd[0] * qd[1], 0.0])),
         ],
         partial(_derivation, *arm),
@@ -62,7 +62,7 @@ def particle(draw: Draw) -> Task:
     m, a = draw.number(0.5, 6.0, 0.5), draw.number(-4, 6, 0.5)
     return Task(
         {"m": m, "a": a, "weight": m * G, "f": m * (a + G)},
-        [asked("force", m * (a + G), "N", no_gravity=m * a, gravity_sign=m * (a - G), weight_alone=m * G)],
+        [ask("force", m * (a + G), "N", no_gravity=m * a, gravity_sign=m * (a - G), weight_alone=m * G)],
     )
 
 
@@ -79,9 +79,9 @@ def pd_gains(draw: Draw) -> Task | None:
     return Task(
         {"M": M, "b": b, "zeta": zeta, "settling": settling, "w": w, "kp": kp, "kd": kd},
         [
-            asked("kp", kp, frequency_not_squared=M * w, inertia_left_out=w * w,
+            ask("kp", kp, frequency_not_squared=M * w, inertia_left_out=w * w,
                   ratio_left_out=M * (4 / settling) ** 2),
-            asked("kd", kd, friction_left_out=kd + b, friction_added=kd + 2 * b, no_two=zeta * w * M - b),
+            ask("kd", kd, friction_left_out=kd + b, friction_added=kd + 2 * b, no_two=zeta * w * M - b),
         ],
     )  # fmt: skip
 
@@ -97,9 +97,9 @@ def rest_error(draw: Draw) -> Task:
     return Task(
         {"M": M, "m": m, "r": r, "b": b, "kd": kd, "kp": kp, "moment": m * G * r, "e": e, "limit": limit},
         [
-            asked("rest_error", abs(e), "rad", twin=np.negative, no_g=m * r / kp, kp_times=kp * small,
+            ask("rest_error", abs(e), "rad", twin=np.negative, no_g=m * r / kp, kp_times=kp * small,
                   arm_left_out=m * G / kp),
-            asked("ki", limit, damping_without_friction=kd * kp / M, inertia_times=(b + kd) * kp * M,
+            ask("ki", limit, damping_without_friction=kd * kp / M, inertia_times=(b + kd) * kp * M,
                   no_inertia=(b + kd) * kp),
         ],
     )  # fmt: skip
@@ -116,10 +116,10 @@ def gear(draw: Draw) -> Task:
         {"G": ratio, "motor": motor, "link": link, "reflected": ratio**2 * motor, "apparent": apparent,
          "share": share, "best": best},
         [
-            asked("apparent", apparent, ratio_not_squared=link + ratio * motor, reflected_alone=ratio**2 * motor,
+            ask("apparent", apparent, ratio_not_squared=link + ratio * motor, reflected_alone=ratio**2 * motor,
                   link_reflected=motor + link / ratio**2),
-            asked("share", share, link_share=1 - share, quotient=ratio**2 * motor / link),
-            asked("ratio", best, root_left_out=link / motor, reciprocal=sqrt(motor / link)),
+            ask("share", share, link_share=1 - share, quotient=ratio**2 * motor / link),
+            ask("ratio", best, root_left_out=link / motor, reciprocal=sqrt(motor / link)),
         ],
     )  # fmt: skip
 
@@ -132,8 +132,8 @@ def force_loop(draw: Draw) -> Task:
     return Task(
         {"kfp": kfp, "kfi": kfi, "t": t, "pole": -1 / constant, "share": exp(-t / constant)},
         [
-            asked("force_pole", -1 / constant, one_left_out=-kfi / kfp, reciprocal=-constant, integral_alone=-kfi),
-            asked("remaining", exp(-t / constant), complement=1 - exp(-t / constant), one_left_out=exp(-t * kfi / kfp)),
+            ask("force_pole", -1 / constant, one_left_out=-kfi / kfp, reciprocal=-constant, integral_alone=-kfi),
+            ask("remaining", exp(-t / constant), complement=1 - exp(-t / constant), one_left_out=exp(-t * kfi / kfp)),
         ],
     )  # fmt: skip
 
@@ -148,9 +148,9 @@ def cubic(draw: Draw) -> Task:
     return Task(
         {"start": start, "goal": goal, "T": T, "d": d, "a2": a[2], "a3": a[3], "peak": peak},
         [
-            asked("cubic", a, last_sign=a * [1, 1, 1, -1], powers_of_T=[a[0], 0, 3 * d / T, -2 * d / T],
+            ask("cubic", a, last_sign=a * [1, 1, 1, -1], powers_of_T=[a[0], 0, 3 * d / T, -2 * d / T],
                   not_shifted=[a[0], 0, 3 * goal / T**2, -2 * goal / T**3]),
-            asked("peak_velocity", peak, "°/s", twin=np.negative, mean_velocity=abs(d) / T, parabola=2 * abs(d) / T),
+            ask("peak_velocity", peak, "°/s", twin=np.negative, mean_velocity=abs(d) / T, parabola=2 * abs(d) / T),
         ],
     )  # fmt: skip
 
@@ -169,9 +169,9 @@ def blend(draw: Draw) -> Task | None:
     return Task(
         {"d": d, "T": T, "a": a, "root": root, "tb": tb, "v": a * tb},
         [
-            asked("blend_time", tb, "s", other_root=(T + root) / 2, not_halved=T - root,
+            ask("blend_time", tb, "s", other_root=(T + root) / 2, not_halved=T - root,
                   factor_four=(T - sqrt(max(T * T - 2 * abs(d) / a, 0.0))) / 2),
-            asked("line_velocity", a * tb, "°/s", twin=np.negative, mean_velocity=abs(d) / T, half_blend=a * tb / 2),
+            ask("line_velocity", a * tb, "°/s", twin=np.negative, mean_velocity=abs(d) / T, half_blend=a * tb / 2),
         ],
     )  # fmt: skip
 
@@ -189,10 +189,10 @@ def obstacle(draw: Draw) -> Task:
         {"w": w, "h": h, "a": a, "b": b, "vertices": len(grown), "area": area, "block": w * h, "half": a * b / 2,
          "strip": a * h + b * w},
         [
-            asked("vertices", len(grown), parallel_edges=7),
-            asked("area", area, "m²", areas_added=w * h + a * b / 2, robot_left_out=w * h + a * h + b * w,
+            ask("vertices", len(grown), parallel_edges=7),
+            ask("area", area, "m²", areas_added=w * h + a * b / 2, robot_left_out=w * h + a * h + b * w,
                   box=(w + a) * (h + b)),
-            asked("least", grown.min(axis=0), "m", not_reflected=[0.0, 0.0]),
+            ask("least", grown.min(axis=0), "m", not_reflected=[0.0, 0.0]),
         ],
     )  # fmt: skip
 
@@ -214,9 +214,9 @@ def overshoot(draw: Draw) -> Task:
         {"share": share, "peak": peak, "zeta": zeta, "wd": damped, "w": w, "log": log(share / 100),
          "back": 100 * float(loop.overshoot)},
         [
-            asked("zeta", zeta, ten_for_e=-log(share / 100) / log(10) / sqrt(pi**2 + (log(share / 100) / log(10)) ** 2),
+            ask("zeta", zeta, ten_for_e=-log(share / 100) / log(10) / sqrt(pi**2 + (log(share / 100) / log(10)) ** 2),
                   pi_left_out=-log(share / 100) / pi),
-            asked("natural_frequency", w, "rad/s", damped_frequency=damped, turns_a_second=w / (2 * pi),
+            ask("natural_frequency", w, "rad/s", damped_frequency=damped, turns_a_second=w / (2 * pi),
                   whole_period=2 * w),
         ],
     )  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.book.exercise import Draw, Task, asks
-from mafsil.book.judging import asked
+from mafsil.book.judging import ask
 from mafsil.geometry import Pose, Rotation, ScrewAxis, Twist, Wrench, planar
 from mafsil.grasp import Contact, Grasp, two_fingers
 from mafsil.mobility import gruebler_count
@@ -42,8 +42,8 @@ def linkage(draw: Draw) -> Task | None:
         {"links": links, "pins": pins - sliders, "sliders": sliders, "slots": slots, "joints": joints,
          "total": sum(freedoms), "inner": inner, "M": M},
         [
-            asked("mobility", M, ground_moves=M + 3, ground_left_out=M - 3, **mistakes),
-            asked("loops", -inner, ground_left_out=1 - inner, loops_no_one=-inner - 1),
+            ask("mobility", M, ground_moves=M + 3, ground_left_out=M - 3, **mistakes),
+            ask("loops", -inner, ground_left_out=1 - inner, loops_no_one=-inner - 1),
         ],
     )  # fmt: skip
 
@@ -60,8 +60,8 @@ def platform(draw: Draw) -> Task:
         {"legs": legs, "kind": kind, "links": links, "joints": 3 * legs, "total": legs * sum(freedoms), "M": M,
          "idle": idle, "each": sum(freedoms)},
         [
-            asked("mobility", M, ground_moves=M + 6, ground_left_out=M - 6, **mistakes),
-            asked("idle", idle),
+            ask("mobility", M, ground_moves=M + 6, ground_left_out=M - 6, **mistakes),
+            ask("idle", idle),
         ],
     )  # fmt: skip
 
@@ -80,9 +80,9 @@ def four_contacts(draw: Draw) -> Task:
         {"w": w, "h": h, **{f"p{i + 1}": point for i, point in enumerate(points)}, "k": k + 1, "n": normals[k],
          "moments": wrenches[:, 0], "F": wrenches[k]},
         [
-            asked("contact_wrench", wrenches[k], cross_order=[-m, fx, fy], outward=[-m, -fx, -fy],
+            ask("contact_wrench", wrenches[k], cross_order=[-m, fx, fy], outward=[-m, -fx, -fy],
                   dot_for_cross=[px * nx + py * ny, fx, fy], moment_last=[fx, fy, m]),
-            asked("closure", bool(grasp.closure())),
+            ask("closure", bool(grasp.closure())),
         ],
     )  # fmt: skip
 
@@ -100,9 +100,9 @@ def two_contacts(draw: Draw) -> Task:
         {"mu": mu, "width": width, "shift": shift, "tilt": tilt, "line": line, "off": line - tilt,
          "beta": np.degrees(beta)},
         [
-            asked("friction_angle", beta, "rad", sine_for_tangent=np.arcsin(min(mu, 1.0)), mu_as_angle=mu,
+            ask("friction_angle", beta, "rad", sine_for_tangent=np.arcsin(min(mu, 1.0)), mu_as_angle=mu,
                   cone_width=2 * beta),
-            asked("closure", bool(verdict)),
+            ask("closure", bool(verdict)),
         ],
     )  # fmt: skip
 
@@ -122,7 +122,7 @@ def pole(draw: Draw) -> Task:
     theta, p = draw.degrees(20, 150), draw.numbers(2, -3, 3, 0.5)
     t = np.radians(theta)
 
-    def kept(c: float, s: float) -> Floats:
+    def fixed_point(c: float, s: float) -> Floats:
         return np.linalg.solve([[1 - c, s], [-s, 1 - c]], p)
 
     T = np.array([[np.cos(t), -np.sin(t), p[0]], [np.sin(t), np.cos(t), p[1]], [0.0, 0.0, 1.0]])
@@ -130,9 +130,9 @@ def pole(draw: Draw) -> Task:
     q = np.array([x, y]) / w
     return Task(
         {"theta": theta, "p": p, "matrix": np.eye(2) - T[:2, :2], "q": q},
-        [asked("pole", q, "m", not_inverted=p - T[:2, :2] @ p, rotation_reversed=kept(np.cos(t), -np.sin(t)),
+        [ask("pole", q, "m", not_inverted=p - T[:2, :2] @ p, rotation_reversed=fixed_point(np.cos(t), -np.sin(t)),
                middle=p / 2,
-               degrees=kept(np.cos(theta), np.sin(theta)))],
+               degrees=fixed_point(np.cos(theta), np.sin(theta)))],
     )  # fmt: skip
 
 
@@ -150,12 +150,12 @@ def five_forms(draw: Draw) -> Task:
         {"alpha": angles[0], "beta": angles[1], "gamma": angles[2], "R": R, "q": q, "theta": theta, "r": r,
          "c": (np.trace(R) - 1) / 2},
         [
-            asked("R", R, rotations_reversed=reverse, transposed=R.T, degrees=raw),
-            asked("q", q, twin=np.negative, rotations_reversed=q_reverse, transposed=q * [1, -1, -1, -1],
+            ask("R", R, rotations_reversed=reverse, transposed=R.T, degrees=raw),
+            ask("q", q, twin=np.negative, rotations_reversed=q_reverse, transposed=q * [1, -1, -1, -1],
                   scalar_last=np.roll(q, -1), full_angle=whole),
-            asked("r", r, twin=_longer_way, transposed=-r, axis_only=r / theta,
+            ask("r", r, twin=_longer_way, transposed=-r, axis_only=r / theta,
                   degrees=np.degrees(r)),
-            asked("zyz", [a, b, c], "rad", twin=lambda e: [e[0] + pi, -e[1], e[2] + pi], transposed=[-c, -b, -a],
+            ask("zyz", [a, b, c], "rad", twin=lambda e: [e[0] + pi, -e[1], e[2] + pi], transposed=[-c, -b, -a],
                   angles_reversed=[c, b, a]),
         ],
     )  # fmt: skip
@@ -180,7 +180,7 @@ def exponential(draw: Draw) -> Task:
     return Task(
         {"axis": w, "theta": theta, "K": K, "K2": K @ K,
          "s": np.sin(t), "v": 1 - np.cos(t), "R": R},
-        [asked("R", R, transposed=R.T, not_squared=R - (1 - np.cos(t)) * (K @ K - K), cosine_sign=rodrigues(np.sin(t),
+        [ask("R", R, transposed=R.T, not_squared=R - (1 - np.cos(t)) * (K @ K - K), cosine_sign=rodrigues(np.sin(t),
                1 + np.cos(t)),
                term_sign=rodrigues(np.sin(t), np.cos(t) - 1), sine_cosine=rodrigues(np.cos(t), 1 - np.sin(t)),
                degrees=rodrigues(np.sin(theta), 1 - np.cos(theta)))],
@@ -197,9 +197,9 @@ def logarithm(draw: Draw) -> Task:
     return Task(
         {"R": R, "trace": np.trace(R), "theta": t, "s": 2 * np.sin(t), "w": w, "r": r},
         [
-            asked("angle", t, "rad", twin=np.negative, half_trace=np.arccos(np.clip(np.trace(R) / 2, -1, 1)),
+            ask("angle", t, "rad", twin=np.negative, half_trace=np.arccos(np.clip(np.trace(R) / 2, -1, 1)),
                   sine_for_cosine=np.arcsin(np.clip((np.trace(R) - 1) / 2, -1, 1))),
-            asked("r", r, twin=_longer_way, transposed=-r, axis_only=w, no_half=2 * np.sin(t) * r,
+            ask("r", r, twin=_longer_way, transposed=-r, axis_only=w, no_half=2 * np.sin(t) * r,
                   degrees=theta * w),
         ],
     )  # fmt: skip
@@ -224,10 +224,10 @@ def frames(draw: Draw) -> Task:
         {"beta": beta, "gamma": gamma, "p_b": p_b, "p_c": p_c, "d": p_c - p_b, "R": R, "p": p,
          "Rt": T_ab[:3, :3].T, "turn": gamma - beta},
         [
-            asked("p", p, "m", not_inverted=forward[:, 3], origin_not_turned=turned, order=back[:, 3],
+            ask("p", p, "m", not_inverted=forward[:, 3], origin_not_turned=turned, order=back[:, 3],
                   not_turned=p_c - p_b,
                   transposed=T_ab[:3, :3] @ (p_c - p_b)),
-            asked("R", R, not_inverted=forward[:, :3], transposed=R.T),
+            ask("R", R, not_inverted=forward[:, :3], transposed=R.T),
         ],
     )  # fmt: skip
 
@@ -241,7 +241,7 @@ def screw(draw: Draw) -> Task:
     moment = np.cross(w, q)
     return Task(
         {"w": w, "q": q, "h": h, "cross": -moment, "hw": h * w, "S": S},
-        [asked("S", S, cross_order=[*w, *(moment + h * w)], point_as_moment=[*w, *q], no_pitch=[*w, *-moment],
+        [ask("S", S, cross_order=[*w, *(moment + h * w)], point_as_moment=[*w, *q], no_pitch=[*w, *-moment],
                pitch_sign=[*w, *(-moment - h * w)], pitch_alone=[*w, *(h * w)])],
     )  # fmt: skip
 
@@ -256,8 +256,8 @@ def twist(draw: Draw) -> Task:
     return Task(
         {"w": w, "rate": rate, "p": p, "theta": theta, "cross": np.cross(w, p), "V_s": V_s, "V_b": V_b},
         [
-            asked("V_s", V_s, rate_of_origin=[*w, *rate], cross_order=[*w, *(rate + np.cross(w, p))]),
-            asked("V_b", V_b, transposed=[*(R @ w), *(R @ rate)], not_turned=[*w, *rate],
+            ask("V_s", V_s, rate_of_origin=[*w, *rate], cross_order=[*w, *(rate + np.cross(w, p))]),
+            ask("V_b", V_b, transposed=[*(R @ w), *(R @ rate)], not_turned=[*w, *rate],
                   only_turned=[*(R.T @ w), *(R.T @ V_s[3:])]),
         ],
     )  # fmt: skip
@@ -274,8 +274,8 @@ def wrench(draw: Draw) -> Task:
     return Task(
         {"f": f, "r": r, "theta": theta, "p": p, "m": F_s[:3], "F_s": F_s, "F_b": F_b, "arm": r - p},
         [
-            asked("F_s", F_s, cross_order=[*np.cross(f, r), *f], no_moment=[0.0, 0.0, 0.0, *f]),
-            asked("F_b", F_b, twist_rule=inverse @ F_s, not_inverted=inverse.T @ F_s, only_turned=[*(R.T @ F_s[:3]),
+            ask("F_s", F_s, cross_order=[*np.cross(f, r), *f], no_moment=[0.0, 0.0, 0.0, *f]),
+            ask("F_b", F_b, twist_rule=inverse @ F_s, not_inverted=inverse.T @ F_s, only_turned=[*(R.T @ F_s[:3]),
                   *(R.T @ f)],
                   only_shifted=[*np.cross(r - p, f), *f]),
         ],

@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.book.exercise import Draw, Task, asks
-from mafsil.book.judging import asked
+from mafsil.book.judging import ask
 from mafsil.derivation import Derivation
 from mafsil.mobility import FourBar
 from mafsil.model.denavit_hartenberg import DHRow, dh_parameters
@@ -55,7 +55,7 @@ def link(draw: Draw) -> Task | None:
     return Task(
         {"T": T, "alpha": alpha, "theta": theta, "a": row.a, "d": row.d, "r23": T[1, 2], "r33": T[2, 2], "r11": T[0, 0],
          "r12": T[0, 1], "y": T[1, 3], "z": T[2, 3]},
-        [asked("link", right, turns=[True, False, False, True], angles_swapped=right[[3, 1, 2, 0]],
+        [ask("link", right, turns=[True, False, False, True], angles_swapped=right[[3, 1, 2, 0]],
                lengths_swapped=right[[0, 2, 1, 3]], alpha_sign=right * [-1, 1, 1, 1], theta_sign=right * [1, 1, 1, -1],
                depth_for_offset=[right[0], right[1], T[2, 3], right[3]])],
     )  # fmt: skip
@@ -81,7 +81,7 @@ def table(draw: Draw) -> Task | None:
     return Task(
         {"rows": "; ".join(f"i = {i}: α = {al}°, a = {a} m, d = {d} m, θ = {th}°" for i, al, a, d, th in listed),
          "T1": T[0], "T2": T[1], "p": tip("modified", rows)},
-        [asked("p", tip("modified", rows), "m", convention=tip("classic", rows), order=tip("modified", rows[::-1]),
+        [ask("p", tip("modified", rows), "m", convention=tip("classic", rows), order=tip("modified", rows[::-1]),
                degrees=tip("modified", raw))],
     )  # fmt: skip
 
@@ -101,9 +101,9 @@ def planar_arm(draw: Draw) -> Task:
     return Task(
         {"L": L, "angles": angles, "sum2": at[1], "sum3": at[2], "x": p[0], "y": p[1]},
         [
-            asked("tip", p, "m", angles_not_summed=[L @ np.cos(q), L @ np.sin(q)], sine_cosine=p[::-1],
+            ask("tip", p, "m", angles_not_summed=[L @ np.cos(q), L @ np.sin(q)], sine_cosine=p[::-1],
                   degrees=_tip(L, raw)),
-            asked("phi", np.radians(at[2]), "rad", last_angle=q[2]),
+            ask("phi", np.radians(at[2]), "rad", last_angle=q[2]),
         ],
         partial(_derivation, "fk", *lengths),
     )  # fmt: skip
@@ -128,10 +128,10 @@ def jacobian(draw: Draw) -> Task:
         {"L1": l1, "L2": l2, "t1": angles[0], "t2": angles[1], "sum": angles.sum(), "rates": rates, "J": J,
          "v": J @ rates},
         [
-            asked("J", J, last_link_left_out=one, sine_cosine=J[::-1] * [[-1], [1]], term_sign=J * [[-1], [1]],
+            ask("J", J, last_link_left_out=one, sine_cosine=J[::-1] * [[-1], [1]], term_sign=J * [[-1], [1]],
                   position_for_column=np.column_stack([p, p - [l1 * c1, l1 * s1]]), degrees=_point_jacobian(robot,
                   raw)),
-            asked("v", J @ rates, transposed=J.T @ rates, last_link_left_out=one @ rates,
+            ask("v", J @ rates, transposed=J.T @ rates, last_link_left_out=one @ rates,
                   rates_swapped=J @ rates[::-1]),
         ],
         partial(_derivation, "jacobian", *lengths),
@@ -147,7 +147,7 @@ def statics(draw: Draw) -> Task:
     inverse = np.linalg.solve(J, f) if abs(np.linalg.det(J)) > 1e-6 else f
     return Task(
         {"L1": lengths[0], "L2": lengths[1], "t1": angles[0], "t2": angles[1], "f": f, "J": J, "tau": J.T @ f},
-        [asked("tau", J.T @ f, "N m", not_transposed=J @ f, inverse_for_transpose=inverse,
+        [ask("tau", J.T @ f, "N m", not_transposed=J @ f, inverse_for_transpose=inverse,
                degrees=_point_jacobian(robot, angles % (2 * pi)).T @ f, force_swapped=J.T @ f[::-1])],
     )  # fmt: skip
 
@@ -161,9 +161,9 @@ def singular(draw: Draw) -> Task:
     return Task(
         {"L1": lengths[0], "L2": lengths[1], "t2": angle, "w": measure, "product": product},
         [
-            asked("measure", measure, "m²", sine_cosine=product * abs(np.cos(np.radians(angle))), squared=measure**2,
+            ask("measure", measure, "m²", sine_cosine=product * abs(np.cos(np.radians(angle))), squared=measure**2,
                   degrees=product * abs(np.sin(angle)), lengths_added=sum(lengths) * abs(np.sin(np.radians(angle)))),
-            asked("singular_angles", [[0.0], [pi]], "rad", unordered=True, quarter_turns=[[pi / 2], [-pi / 2]]),
+            ask("singular_angles", [[0.0], [pi]], "rad", unordered=True, quarter_turns=[[pi / 2], [-pi / 2]]),
         ],
     )  # fmt: skip
 
@@ -182,8 +182,8 @@ def ellipse(draw: Draw) -> Task | None:
          "squares": axes**2,
          "axes": axes},
         [
-            asked("semi_axes", column, unordered=True, root_left_out=column**2, reciprocal=1 / column),
-            asked("condition", axes[0] / axes[1], root_left_out=(axes[0] / axes[1]) ** 2, reciprocal=axes[1] / axes[0]),
+            ask("semi_axes", column, unordered=True, root_left_out=column**2, reciprocal=1 / column),
+            ask("condition", axes[0] / axes[1], root_left_out=(axes[0] / axes[1]) ** 2, reciprocal=axes[1] / axes[0]),
         ],
     )  # fmt: skip
 
@@ -205,7 +205,7 @@ def all_solutions(draw: Draw) -> Task | None:
     return Task(
         {"L": np.array(lengths), "x": T[0, 3], "y": T[1, 3], "phi": np.degrees(phi), "w": w, "reach": reach,
          "D": (reach**2 - l1**2 - l2**2) / (2 * l1 * l2), "q_1": rows[0], "q_2": rows[1]},
-        [asked("solutions", rows, "rad", unordered=True, inner_angle=np.column_stack([rows[:, 0], inner, rows[:, 2]]),
+        [ask("solutions", rows, "rad", unordered=True, inner_angle=np.column_stack([rows[:, 0], inner, rows[:, 2]]),
                quadrant=tangent, last_angle=np.column_stack([rows[:, :2], [phi, phi]]),
                tip_for_wrist=_as_wrist(lengths, T, phi))],
         partial(_derivation, "ik", *lengths),
@@ -242,8 +242,8 @@ def shoulder_and_elbow(draw: Draw) -> Task | None:
     return Task(
         {"h": h, "a1": a1, "a2": a2, "p": p, "r": r, "s": s, "D": D, "t1": first, "t3": bend},
         [
-            asked("theta_1", [[first], [first + pi]], "rad", unordered=True, quotient_inverted=[[wrong], [wrong + pi]]),
-            asked("theta_3", [[bend], [-bend]], "rad", unordered=True, inner_angle=[[pi - bend], [bend - pi]],
+            ask("theta_1", [[first], [first + pi]], "rad", unordered=True, quotient_inverted=[[wrong], [wrong + pi]]),
+            ask("theta_3", [[bend], [-bend]], "rad", unordered=True, inner_angle=[[pi - bend], [bend - pi]],
                   sine_for_cosine=[[np.arcsin(D)], [-np.arcsin(D)]], **left_out),
         ],
     )  # fmt: skip
@@ -267,7 +267,7 @@ def newton(draw: Draw) -> Task | None:
         {"L1": lengths[0], "L2": lengths[1], "t1": angles[0], "t2": angles[1], "goal": goal, "p": p, "e": goal - p,
          "J": J,
          "step": step, "q": q + step},
-        [asked("q_next", q + step, "rad", step_sign=q - step, step_alone=step,
+        [ask("q_next", q + step, "rad", step_sign=q - step, step_alone=step,
                transpose_for_inverse=q + J.T @ (goal - p),
                not_inverted=q + J @ (goal - p))],
     )  # fmt: skip
@@ -290,7 +290,7 @@ def legs(draw: Draw) -> Task:
         {"side": side, "small": small, "p": p, "angle": angle, "b2": (plate @ np.array([[np.cos(t), np.sin(t)],
          [-np.sin(t), np.cos(t)]]))[1],
          "s": lengths},
-        [asked("leg_lengths", lengths, "m", transposed=wrong(np.cos(t), -np.sin(t)), not_turned=wrong(1.0, 0.0),
+        [ask("leg_lengths", lengths, "m", transposed=wrong(np.cos(t), -np.sin(t)), not_turned=wrong(1.0, 0.0),
                degrees=wrong(np.cos(angle), np.sin(angle)), squared=lengths**2)],
     )  # fmt: skip
 
@@ -311,7 +311,7 @@ def assembly_modes(draw: Draw) -> Task | None:
     return Task(
         {"crank": crank, "coupler": coupler, "rocker": rocker, "ground": ground, "angle": angle, "B": B, "d": d,
          "along": along, "h": np.sqrt(coupler**2 - along**2), "C_1": points[0], "C_2": points[1]},
-        [asked("meeting_points", points, "m", unordered=True, radii_swapped=exchanged,
+        [ask("meeting_points", points, "m", unordered=True, radii_swapped=exchanged,
                mirrored=points * [1.0, -1.0])],
     )  # fmt: skip
 

@@ -113,7 +113,7 @@ class Asked:
         return taken
 
 
-def asked(
+def ask(
     name: str,
     value: Any,
     unit: str = "",

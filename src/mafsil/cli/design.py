@@ -69,7 +69,7 @@ class _File:
         """How the design does its tasks."""
         return evaluate(self.design, TaskSet.of(self.table("tasks"), self.path), seed=self.seed)
 
-    def placed(self) -> Evaluation:
+    def reached_evaluation(self) -> Evaluation:
         """The same, with every pose reached.
 
         Raises:
@@ -134,7 +134,7 @@ def _tasks(given: _File, arm: ParametricArm) -> Reply:
 
 def _accuracy(given: _File, arm: ParametricArm) -> Reply:
     """At every pose of the tasks; the worst in words."""
-    judged, tolerances = given.placed(), Tolerances(**_known(given, "tolerances"))
+    judged, tolerances = given.reached_evaluation(), Tolerances(**_known(given, "tolerances"))
     payload = float(given.table("tasks").get("payload", 0.0))
     found = [accuracy(given.design, q, tolerances, payload=payload, samples=SAMPLES, seed=given.seed) for q in judged.q]
     worst = max(range(len(found)), key=lambda k: found[k].rms)
@@ -149,14 +149,16 @@ def _allocate(given: _File, arm: ParametricArm) -> Reply:
     if wanted is None:
         raise FileError("design.missing_key", path=given.path, place="costs", name="wanted")
     fixed = Tolerances(**(_known(given, "tolerances") if "tolerances" in given.tables else {}))
-    return _shown(allocate(given.design, given.placed().q, wanted, costs, fixed=fixed), given.design.robot)
+    return _shown(allocate(given.design, given.reached_evaluation().q, wanted, costs, fixed=fixed), given.design.robot)
 
 
 def _drives(given: _File, arm: ParametricArm) -> Reply:
     tasks = TaskSet.of(given.table("tasks"), given.path)
     if given.catalogue is None or tasks.period is None:
         raise InputError("cli.design_drives_need")
-    motion = (part.reshape(-1, given.design.robot.n) for part in cycle_motion(given.placed().q, tasks.period))
+    motion = (
+        part.reshape(-1, given.design.robot.n) for part in cycle_motion(given.reached_evaluation().q, tasks.period)
+    )
     q, qd, qdd = motion
     catalogue = Catalogue.of(given.catalogue)
     choice = pick_drives(given.design, catalogue, q, qd, qdd, payload=tasks.payload, centre=tasks.centre)

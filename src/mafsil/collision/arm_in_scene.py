@@ -119,7 +119,7 @@ class ArmInScene:
     def _recall(self) -> bool:
         """Take over what the robot keeps of an arm with the same settings, if its mesh files are as they were."""
         kept = self.robot.derived.get(self._key)
-        if kept is None or kept["_files"].changed():
+        if kept is None or kept["_files"].has_changed():
             return False
         self.__dict__.update(kept)
         return True

@@ -154,7 +154,7 @@ def pick_drives(
     if len({len(row) for row in rows}) > 1 or not len(rows[0]):
         raise InputError("input.shape", name="qd", expected=rows[0].shape, got=rows[1].shape, hint="")
     loads = TaskSet(np.eye(4)[None], payload=not_negative("payload", payload), centre=single("centre", centre, (3,)))
-    fixed, unit = _efforts(given, loads.loaded(arms), *rows)
+    fixed, unit = _efforts(given, loads.with_payload(arms), *rows)
     allowed = spread("backlash", backlash, (n,), finite=False)
     if np.isnan(allowed).any() or (allowed < 0).any():
         raise InputError("input.range", name="backlash", value=backlash, low=0.0, high=inf)

@@ -235,7 +235,7 @@ class _Search:
     def front(self) -> Front:
         """The designs that none is better than, thinned to the best of each run's kind, proved one by one."""
         kept = np.flatnonzero(self.excess == 0.0)
-        best = kept[undominated(self.f[kept])] if len(kept) else kept
+        best = kept[is_undominated(self.f[kept])] if len(kept) else kept
         best = best[_apart(self.f[best], max(self.runs, 1))] if len(best) else best
         proved = [self._prove(self.x[k], self.f[k]) for k in best[np.argsort(self.f[best][:, 0], kind="stable")]]
         return Front(self.goals, tuple(proved), len(self.x))
@@ -255,7 +255,7 @@ class _Search:
         return FrontPoint(values, found, judged, same and keeps and bool(judged))
 
 
-def undominated(f: ArrayLike) -> Booleans:
+def is_undominated(f: ArrayLike) -> Booleans:
     """(D,) which rows of goals (D, goals), small ones being good, no other row is better than; of equal rows one."""
     rows = np.asarray(f, dtype=np.float64)
     keep = np.ones(len(rows), dtype=np.bool_)

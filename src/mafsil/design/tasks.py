@@ -127,7 +127,7 @@ class TaskSet:
             T[..., :3, :3] = rotation.from_rpy(rows[..., 3:])
         return cls(T, "position" if columns == 3 else "pose", **given)
 
-    def loaded(self, arms: ArmNumbers) -> ArmNumbers:
+    def with_payload(self, arms: ArmNumbers) -> ArmNumbers:
         """Arms with the payload in their last body."""
         load = parameters_of(Inertial(self.payload, frozen(np.asarray(self.centre)), np.zeros((3, 3))))
         tips = arms.places[..., -1, :, :].reshape(-1, 4, 4)
@@ -299,7 +299,7 @@ def measure_designs(
     )  # fmt: skip
     reached: Booleans = np.asarray(np.isfinite(q).all(axis=-1))
     here, hollow = np.where(reached[..., None], q, 0.0), np.where(reached.all(axis=-1), 1.0, np.nan)
-    loaded, limits = tasks.loaded(arms), np.array([design.robot.limits.effort for design in designs])[:, None]
+    loaded, limits = tasks.with_payload(arms), np.array([design.robot.limits.effort for design in designs])[:, None]
     found: dict[str, Floats] = {"reached": np.asarray(reached.mean(axis=-1))}
     if "condition" in names:
         values = condition(arms.pose_and_jacobian(here)[1], tasks, rank)

@@ -183,7 +183,7 @@ def fit_geometry(
     tolerances: ArrayLike,
     predict: Callable[[Floats], tuple[Floats, Floats]],
     measured: Measured,
-    corrected: Callable[[Floats], object],
+    correct: Callable[[Floats], object],
     held_out: float = 0.2,
 ) -> GeometricCalibration:
     """Corrections of parameters by which a model predicts what was measured.
@@ -193,7 +193,7 @@ def fit_geometry(
         tolerances: (P,) how far they may be off as described [rad | m].
         predict: of corrections (P,): poses (k, 4, 4) and their changes (omega, p') (k, 6, P).
         measured: what was measured.
-        corrected: the robot with corrections.
+        correct: the robot with corrections.
         held_out: share of the rows that are not fitted but predicted.
     """
     scale, value = spread("tolerances", tolerances, (len(names),)), np.zeros(len(names))
@@ -219,7 +219,7 @@ def fit_geometry(
     decided = np.asarray(np.linalg.norm(open_, axis=1) < ALONE, dtype=np.bool_)
     found = GeometricCalibration(
         CalibrationStatus.BETTER, names, value, deviations, decided, open_, rank, _per_row(r), np.asarray(before), held,
-        corrected(value),
+        correct(value),
     )  # fmt: skip
     if not settled:
         return replace(found, status=CalibrationStatus.NOT_SETTLED)
@@ -275,7 +275,7 @@ def calibrate_arm(
         for axis in ("rx", "ry", "rz", "x", "y", "z")
     )
 
-    def corrected(theta: Floats) -> Robot:
+    def correct(theta: Floats) -> Robot:
         shifts = pose.exp(theta.reshape(-1, 6))
         joints = list(mechanism.joints)
         for k, X in zip(chain, shifts[:-1], strict=True):
@@ -302,7 +302,7 @@ def calibrate_arm(
 
     both = [ANGLE("angle_tolerance", angle_tolerance), LENGTH("length_tolerance", length_tolerance)]
     scale = np.tile(np.repeat(both, 3), len(chain) + 1)
-    return fit_geometry(names, scale, predict, measured, corrected, held_out)
+    return fit_geometry(names, scale, predict, measured, correct, held_out)
 
 
 def rotation_slope(x: Floats) -> Floats:

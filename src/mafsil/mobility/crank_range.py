@@ -196,7 +196,7 @@ class CrankRange:
         p = [each.rows(count * max(self.turns, 1)) for each in self.arcs]
         return np.concatenate(p), np.repeat(np.arange(len(p)), [len(each) for each in p])
 
-    def closed(self, p: Floats, arc: NDArray[np.intp]) -> tuple[Floats, Booleans]:
+    def close(self, p: Floats, arc: NDArray[np.intp]) -> tuple[Floats, Booleans]:
         """Configurations (k, F) at parameters on arcs, closed with the crank held, and whether they were found."""
         column = int(self.linkage.columns_of([self.crank])[0])
         guess = np.zeros((len(p), self.linkage.coordinates))

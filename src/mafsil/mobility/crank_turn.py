@@ -216,10 +216,10 @@ def turn_crank(
     column = int(drawn.columns_of([name])[0])
     range_ = CrankRange.of(drawn, name, np.sign(rate))  # 1, 2
     p, arc = range_.rows(count)
-    theta, found = range_.closed(p, arc)  # 3
+    theta, found = range_.close(p, arc)  # 3
     beside = np.flatnonzero(range_.crosses(theta, p, arc))  # 4
     around = (p[beside, None] + BESIDE * np.array([1.0, -1.0, 2.0, -2.0])).ravel()
-    extra, near = range_.closed(around, np.repeat(arc[beside], 4))
+    extra, near = range_.close(around, np.repeat(arc[beside], 4))
     every = np.concatenate([theta, extra])
     time, v, a = range_.timing(np.concatenate([p, around]), np.concatenate([arc, np.repeat(arc[beside], 4)]), abs(rate))
     motion = driven_motion(drawn, every, column, v, a)
@@ -230,7 +230,7 @@ def turn_crank(
         transmission, forces.torque, forces.forces, forces.moments,
     )  # fmt: skip
     rates, accelerations, twists, twist_rates, transmission, torque, pins, moments = (
-        _continued(each, len(theta), beside) for each in values
+        _continue(each, len(theta), beside) for each in values
     )
     complete = bool(found.all() and near.all())
     return CrankTurn(
@@ -251,7 +251,7 @@ def _drawn(source: LinkageLike, loads: LinkageLoads | None) -> tuple[Linkage, Li
         return linkage, loads
     theta = can_assemble(linkage).theta
     closed = close_drawing(linkage)
-    return closed, loads if theta is None else loads.displaced(linkage.bodies, body_poses(linkage, theta))
+    return closed, loads if theta is None else loads.displace(linkage.bodies, body_poses(linkage, theta))
 
 
 def _crank_of(linkage: Linkage, crank: str | None) -> str:
@@ -269,7 +269,7 @@ def _crank_of(linkage: Linkage, crank: str | None) -> str:
     return driven[0]
 
 
-def _continued(values: Floats, rows: int, beside: NDArray[np.intp]) -> Floats:
+def _continue(values: Floats, rows: int, beside: NDArray[np.intp]) -> Floats:
     """Values of the rows; of some the limit from both sides, (4 (f(h) + f(-h)) - f(2 h) - f(-2 h)) / 6.
 
     Args:

@@ -19,7 +19,7 @@ from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.linkage_loads import LinkageLoads
-from mafsil.mobility.linkages.loop_closure import LoopState, coupled, loop_state, reduced_screws, units
+from mafsil.mobility.linkages.loop_closure import LoopState, coupling_errors, loop_state, reduced_screws, units
 from mafsil.mobility.spaces.motion_group import bracket, cross
 from mafsil.mobility.tolerances import RANK
 from mafsil.solvers import decompositions
@@ -83,7 +83,7 @@ def driven_motion(linkage: Linkage, theta: Floats, driven: int, speed: Floats, a
     gamma = np.einsum("lf,kfi->kli", linkage.cycles[:, linkage.joint_of], bent).reshape(len(theta), -1)
     slopes = np.zeros((len(theta), 0, F))
     if linkage.couplings:
-        _, slopes, bends = coupled(linkage, theta)
+        _, slopes, bends = coupling_errors(linkage, theta)
         gamma = np.concatenate([gamma, np.einsum("kcf,kf->kc", bends, u**2)], axis=1)
     a = np.zeros(theta.shape)
     a[:, driven] = acceleration / scale[driven]
@@ -187,7 +187,7 @@ def pin_forces(motion: DrivenMotion, loads: LinkageLoads) -> tuple[PinForces, Fl
         loads: masses, forces and gravity.
     """
     linkage, balance = motion.linkage, _Equilibrium.of(motion)
-    wrenches, torque = balance.solve(_needed(motion, loads), np.zeros(motion.rates.shape))
+    wrenches, torque = balance.solve(_required_wrenches(motion, loads), np.zeros(motion.rates.shape))
     places = joint_places(linkage, motion.state)
     force = wrenches[..., 3:] / linkage.size
     moment = wrenches[..., :3] - cross(places, force) * linkage.size
@@ -209,7 +209,7 @@ def joint_places(linkage: Linkage, state: LoopState) -> Floats:
     return (x - linkage.middle) / linkage.size
 
 
-def _needed(motion: DrivenMotion, loads: LinkageLoads) -> Floats:
+def _required_wrenches(motion: DrivenMotion, loads: LinkageLoads) -> Floats:
     """(k, N, 6) what the joints must exert on each body: rate of its momentum less loads and weight."""
     linkage = motion.linkage
     size, T = linkage.size, motion.state.poses
@@ -219,12 +219,12 @@ def _needed(motion: DrivenMotion, loads: LinkageLoads) -> Floats:
         found[:, body, :3] += moment + cross(r, force) * size
         found[:, body, 3:] += force * size
 
-    def placed(body: int, point: Floats) -> Floats:
+    def place_of(body: int, point: Floats) -> Floats:
         return (T[:, body, :3, :3] @ point + T[:, body, :3, 3] - linkage.middle) / size
 
     for each in loads.masses:
         b = linkage.bodies.index(each.body)
-        r, R = placed(b, each.center), T[:, b, :3, :3]
+        r, R = place_of(b, each.center), T[:, b, :3, :3]
         w, alpha = motion.twists[:, b, :3], motion.twist_rates[:, b, :3]
         v = motion.twists[:, b, 3:] + cross(w, r)
         a = size * (motion.twist_rates[:, b, 3:] + cross(alpha, r) + cross(w, v))
@@ -234,7 +234,7 @@ def _needed(motion: DrivenMotion, loads: LinkageLoads) -> Floats:
     for each in loads.loads:
         b = linkage.bodies.index(each.body)
         turn = T[:, b, :3, :3] if each.follows else np.broadcast_to(np.eye(3), (len(T), 3, 3))
-        add(b, placed(b, each.at), -turn @ each.force, -turn @ each.moment)
+        add(b, place_of(b, each.at), -turn @ each.force, -turn @ each.moment)
     return found
 
 
@@ -259,7 +259,7 @@ def _transmission(balance: _Equilibrium, places: Floats) -> tuple[tuple[str, ...
         power, most = np.zeros(len(places)), np.zeros(len(places))
         for i in np.flatnonzero((linkage.ends == body).any(axis=1)).tolist():
             if i != j:
-                one, all_ = _pushed(wrenches[:, i], places[:, i], motion.screws[:, :, column])
+                one, all_ = _power_at(wrenches[:, i], places[:, i], motion.screws[:, :, column])
                 power, most = power + (one if linkage.ends[i, 1] == body else -one), most + all_
         with np.errstate(invalid="ignore", divide="ignore"):
             sine = np.where(most > NO_FORCE, np.abs(power) / most, np.nan)
@@ -273,7 +273,7 @@ def _is_driven_by_gear(linkage: Linkage, joint: str) -> bool:
     return any(joint in (each.follower, each.leader) for each in linkage.couplings)
 
 
-def _pushed(wrench: Floats, place: Floats, twist: Floats) -> tuple[Floats, Floats]:
+def _power_at(wrench: Floats, place: Floats, twist: Floats) -> tuple[Floats, Floats]:
     """Power of a wrench on a moving body, and |f| |v| at the point of its line of action nearest to a place."""
     m, f = wrench[:, :3], wrench[:, 3:]
     about = m - cross(place, f)

@@ -126,7 +126,7 @@ class LinkageLoads:
             if each.body not in linkage.bodies:
                 raise ModelError("mobility.no_such_body", body=each.body, known=", ".join(linkage.bodies))
 
-    def displaced(self, bodies: Sequence[str], T: Floats) -> LinkageLoads:
+    def displace(self, bodies: Sequence[str], T: Floats) -> LinkageLoads:
         """The same of bodies that are drawn elsewhere, displaced by T (N, 4, 4)."""
 
         def of(body: str) -> Floats:

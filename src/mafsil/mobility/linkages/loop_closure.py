@@ -167,7 +167,7 @@ def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
         screws[..., columns] = pose.adjoint(T[..., linkage.ends[k, 0], :, :]) @ twists
     gap, rows = _gaps(linkage, T, motions, screws)
     if linkage.couplings:
-        missed, moved, _ = coupled(linkage, value)
+        missed, moved, _ = coupling_errors(linkage, value)
         gap, rows = np.concatenate([gap, missed], axis=-1), np.concatenate([rows, moved], axis=-2)
     if linkage.pairs:
         missed, moved = _pairs_of(linkage, T, screws)
@@ -181,7 +181,7 @@ def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
     return LoopState(T, screws, gap, rows)
 
 
-def coupled(linkage: Linkage, theta: Floats) -> tuple[Floats, Floats, Floats]:
+def coupling_errors(linkage: Linkage, theta: Floats) -> tuple[Floats, Floats, Floats]:
     """What the couplings miss (*batch, K), its first and second derivatives by the coordinates (*batch, K, F).
 
     u_follower - f(u_leader) = 0, coordinates over `units`, free of units.

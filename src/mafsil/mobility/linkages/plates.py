@@ -157,7 +157,7 @@ def _shape(plate: Plate, pins: Floats, shift: Floats, r: float, bore: float) -> 
         swept = (headings[k] - before) % 360.0 if len(hull) > 1 else 360.0
         arcs.append((x, y, r, before % 360.0, before % 360.0 + swept))
     texts = [(float(x), float(y), name) for (x, y), name in zip(pins, plate.names, strict=True)]
-    for i, j in _measured(plate.corners.tolist()):
+    for i, j in _measure(plate.corners.tolist()):
         x, y = (pins[i] + pins[j]) / 2
         texts.append((float(x), float(y), f"{float(np.linalg.norm(pins[i] - pins[j])):.6g}"))
     if len(pins):
@@ -168,7 +168,7 @@ def _shape(plate: Plate, pins: Floats, shift: Floats, r: float, bore: float) -> 
     return _Shape(plate.body, np.array(edges).reshape(-1, 2, 2), tuple(arcs), holes, tuple(texts), lines)
 
 
-def _measured(corners: list[int]) -> list[tuple[int, int]]:
+def _measure(corners: list[int]) -> list[tuple[int, int]]:
     """Pairs of neighbouring corners."""
     pairs = list(zip(corners, corners[1:] + corners[:1], strict=True))
     return pairs if len(corners) > 2 else pairs[:1] if len(corners) == 2 else []

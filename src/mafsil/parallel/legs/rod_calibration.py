@@ -82,17 +82,17 @@ def calibrate_rods(
     ])  # fmt: skip
 
     def predict(theta: Floats) -> tuple[Floats, Floats]:
-        here = _corrected(nominal, every, theta)
+        here = _correct(nominal, every, theta)
         T = here.forward_near(value, start).T[:, 0]
         if not np.isfinite(T).all():
             raise InputError("parallel.calibration_pose", row=int(np.argmin(np.isfinite(T[:, 0, 0]))))
         start[...] = T
         return T, _changes(here, T, value, every)
 
-    def corrected(theta: Floats) -> RodRobot:
-        return _corrected(nominal, every, theta)
+    def correct(theta: Floats) -> RodRobot:
+        return _correct(nominal, every, theta)
 
-    return fit_geometry(tuple(each.name for each in every), scale, predict, measured, corrected, held_out)
+    return fit_geometry(tuple(each.name for each in every), scale, predict, measured, correct, held_out)
 
 
 def _start(robot: RodRobot, q: Floats, measured: Measured, near: ArrayLike | None) -> Floats:
@@ -130,7 +130,7 @@ def _parameters(robot: RodRobot, groups: Sequence[str]) -> list[_Parameter]:
     return found
 
 
-def _corrected(robot: RodRobot, every: Sequence[_Parameter], theta: Floats) -> RodRobot:
+def _correct(robot: RodRobot, every: Sequence[_Parameter], theta: Floats) -> RodRobot:
     """The robot with corrections (P,)."""
     rods, arms, base, fixed, rotating = (
         np.array(v) for v in (robot.rods, robot.arms, robot.base, robot.fixed, robot.rotating)

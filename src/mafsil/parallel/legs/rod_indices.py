@@ -222,13 +222,13 @@ def rod_workspace(
         for first in range(0, len(places), BLOCK):
             T = np.tile(np.eye(4), (len(places[first : first + BLOCK]), 1, 1))
             T[:, :3, :3], T[:, :3, 3] = turn, places[first : first + BLOCK]
-            why[i, first : first + BLOCK] = _refused(robot, T, asked)
+            why[i, first : first + BLOCK] = _refusals(robot, T, asked)
     shape = (len(R), *(len(axis) for axis in axes))
     reasons = {name: int((why == code).sum()) for code, name in enumerate(REASONS, start=1)}
     return PlatformWorkspace((axes[0], axes[1], axes[2]), np.asarray(why == 0).reshape(shape), reasons)
 
 
-def _refused(robot: RodRobot, T: Floats, limits: RodLimits) -> np.ndarray[tuple[int], np.dtype[np.int8]]:
+def _refusals(robot: RodRobot, T: Floats, limits: RodLimits) -> np.ndarray[tuple[int], np.dtype[np.int8]]:
     """(k,) number of the first reason against each pose (k, 4, 4), 0 if there is none."""
     found = robot.inverse_kinematics(T)
     q, reached = found.q[..., 0], found.reached

@@ -99,11 +99,11 @@ class PlatformWorkspace(Answer, data="axes allowed reasons", entries="allowed"):
         """
         count, volume = 0, 0.0
         cell = grid_volume(self.axes, np.ones(places.shape, dtype=bool))[0] / places.size
-        rest = ~places & ~_flooded(~places, _border(places.shape))
+        rest = ~places & ~_flood(~places, _border(places.shape))
         while rest.any():
             seed = np.zeros(places.shape, dtype=bool)
             seed[np.unravel_index(int(rest.argmax()), places.shape)] = True
-            hole = _flooded(rest, seed)
+            hole = _flood(rest, seed)
             count, volume, rest = count + 1, volume + cell * int(hole.sum()), rest & ~hole
         return count, volume
 
@@ -150,7 +150,7 @@ def _border(shape: tuple[int, ...]) -> Booleans:
     return found
 
 
-def _flooded(free: Booleans, seed: Booleans) -> Booleans:
+def _flood(free: Booleans, seed: Booleans) -> Booleans:
     """Free cells that are joined with the seeds through sides of free cells."""
     wet = free & seed
     while True:

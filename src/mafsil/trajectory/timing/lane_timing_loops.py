@@ -346,7 +346,7 @@ def passed_back(grids, eight, asked, choose, slopes):
 
 
 @compiled
-def started(eight, blocked):
+def start_square(eight, blocked):
     """Step 4: the square of the path velocity at the start.
 
     Args:
@@ -444,7 +444,7 @@ def eight_timed(grids, asked, first, finer, memory, found):
     # 3.
     blocked, motion = passed_back(grids, eight, asked, choose, slopes)
     # 4. and 5.
-    blocked = started(eight, blocked)
+    blocked = start_square(eight, blocked)
     for k in range(stretches):
         base = k * eight.stretch
         if base > 0:
