@@ -112,6 +112,10 @@ def _machine() -> dict[str, Any]:
     return details | {"processor": host.cpu, "lanes": host.lanes, "fma": host.fma, "triple": host.triple}
 
 
+STORED = (".kernel", ".tape", ".sources", ".loop", ".arrays", ".bundle")
+"""Endings of what is kept."""
+
+
 def _cache() -> dict[str, Any]:
     """Where compiled code is kept, how much of each kind, and how large."""
     from mafsil.kernels import cache
@@ -119,7 +123,7 @@ def _cache() -> dict[str, Any]:
     directory = cache.default().directory
     if directory is None:
         return {"place": None}
-    sizes: dict[str, list[int]] = {suffix: [] for suffix in (".kernel", ".tape", ".sources", ".loop")}
+    sizes: dict[str, list[int]] = {suffix: [] for suffix in STORED}
     for item in directory.iterdir() if directory.is_dir() else ():
         if item.suffix in sizes:
             with suppress(OSError):  # another process may be sweeping
