@@ -151,24 +151,23 @@ class Accuracy(
         added = dict(zip(self.labels, (self.columns[3:] ** 2).sum(axis=0).tolist(), strict=True))
         return dict(sorted(added.items(), key=lambda pair: -pair[1]))
 
+    def _shares(self, words: int) -> dict[str, float]:
+        """Shares of the variance by the first words of the labels, the largest first."""
+        total, whole_sum = dict[str, float](), sum(self.variances.values()) or 1.0
+        for label, value in self.variances.items():
+            name = " ".join(label.split()[:words])
+            total[name] = total.get(name, 0.0) + value / whole_sum
+        return dict(sorted(total.items(), key=lambda pair: -pair[1]))
+
     @property
     def shares(self) -> dict[str, float]:
-        """Share of the variance by kind of cause."""
-        total = dict[str, float]()
-        for label, value in self.variances.items():
-            kind = label.split()[0]
-            total[kind] = total.get(kind, 0.0) + value
-        whole_sum = sum(total.values())
-        return {kind: value / whole_sum if whole_sum else 0.0 for kind, value in total.items()}
+        """Share of the variance by kind of cause, the largest first."""
+        return self._shares(1)
 
     @property
     def pays_most(self) -> str:
-        """The tolerance with the largest share: halving it gains most; empty without any."""
-        joined = dict[str, float]()
-        for label, value in self.variances.items():
-            kind = " ".join(label.split()[:2])
-            joined[kind] = joined.get(kind, 0.0) + value
-        return max(joined, key=lambda kind: joined[kind], default="")
+        """The tolerance of one joint with the largest share: halving it gains most; empty without any."""
+        return next(iter(self._shares(2)), "")
 
     @property
     def sampled_rms(self) -> float:
@@ -199,7 +198,8 @@ class Accuracy(
         for kind, share in self.shares.items():
             lines.append(say("design.share", language=language, kind=kind, share=100.0 * share))
         if self.pays_most:
-            lines.append(say("design.pays_most", language=language, name=self.pays_most))
+            share = 100.0 * self._shares(2)[self.pays_most]
+            lines.append(say("design.pays_most", language=language, name=self.pays_most, share=share))
         details = {"rms": 1e3 * self.sampled_rms, "inside": 100.0 * self.inside, "count": len(self.samples)}
         return "\n".join([*lines, self.status.sentence(language, **details)])
 
