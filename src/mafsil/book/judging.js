@@ -10,11 +10,11 @@ export function numbersOf(part, typed, rules) {
   if (part.choice && text in rules.choices) return [rules.choices[text]];
   if (part.unit && !(part.unit in rules.factors)) text = text.replaceAll(part.unit.toLowerCase(), " ");
   const words = text.replace(LOOSE_UNIT, (_, sign) => sign ?? "").split(/[\s,;()[\]]+/).filter(Boolean);
-  const numbers = words.map((word) => number(part, word, rules));
+  const numbers = words.map((word) => readNumber(part, word, rules));
   return numbers.includes(null) ? null : numbers;
 }
 
-function number(part, word, rules) {
+function readNumber(part, word, rules) {
   const found = word.match(NUMBER);
   const factors = { ...rules.factors[part.unit], ...(part.turns.includes(1) ? rules.factors.rad : {}) };
   if (!found || (!found[2] && !found[3]) || (found[5] && !(found[5] in factors)) || (found[4] && !Number(found[4]))) return null;

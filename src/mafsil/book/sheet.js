@@ -1,6 +1,6 @@
 // A sheet of exercises: answers are judged in the page, hints shown one by one, marks saved as a table.
 
-import { saveTable } from "../report/template/table.js";
+import { saveFile } from "../page/views/elements.js";
 import { judge, numbersOf } from "./judging.js";
 
 const sheet = JSON.parse(document.getElementById("data").textContent);
@@ -58,7 +58,7 @@ function save() {
     const points = box.dataset.shown ? Number(!JSON.parse(box.dataset.shown)[0]) : "";
     return [quoted(sheet.student), quoted(number), seed, level, quoted(part.name), quoted(box.value.replaceAll("\n", "; ")), points].join(",");
   });
-  saveTable(`${sheet.name}.csv`, ["student,exercise,seed,level,quantity,answer,points", ...lines].join("\n") + "\n");
+  saveFile(`${sheet.name}.csv`, ["student,exercise,seed,level,quantity,answer,points", ...lines].join("\n") + "\n", "text/csv");
 }
 
 document.addEventListener("input", remember);

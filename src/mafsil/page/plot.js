@@ -2,7 +2,7 @@
 // chosen joint, curves as share of their limit; each as a picture and as a table.
 
 import { floats } from "./stage/scenery.js";
-import { drawn, element } from "./views/elements.js";
+import { drawn, element, saveFile } from "./views/elements.js";
 
 const PAD = { left: 52, right: 10, top: 10, bottom: 26 };
 const DRAG = 6, CLOSEST = 500; // pixels from which on a press chooses a range; share of the whole that a zoom may show
@@ -31,13 +31,6 @@ const brief = v => Math.abs(v) >= 1e4 || (v !== 0 && Math.abs(v) < 1e-3) ? v.toE
 /** A cell of a table; quoted where a comma or a quotation mark would end it. */
 export const cell = text => /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 export const figure = value => Number.isFinite(value) ? String(Number(value.toPrecision(DIGITS))) : Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
-
-/** Hand a text to the reader as a file; no request leaves the page. @param {string} name @param {string} text @param {string} type */
-export function saveFile(name, text, type) {
-  const link = element("a", { href: URL.createObjectURL(new Blob([text], { type })), download: name.replace(/[^\p{L}\p{N} ._-]+/gu, "_") });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.getAttribute("href")), 10_000);
-}
 
 /** The time that plots share: what of it is seen, and the moment that is pointed at. */
 export class TimeAxis {

@@ -80,3 +80,10 @@ export function number(value, digits = 4) {
   const text = Math.abs(value) >= 1e5 ? value.toExponential(3) : value.toFixed(digits);
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
 }
+
+/** Hand a text to the reader as a file; no request leaves the page. @param {string} name @param {string} text @param {string} type */
+export function saveFile(name, text, type) {
+  const link = element("a", { href: URL.createObjectURL(new Blob([text], { type })), download: name.replace(/[^\p{L}\p{N} ._-]+/gu, "_") });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.getAttribute("href")), 10_000);
+}

@@ -1,7 +1,7 @@
 // The plots of a run with their legend, one of them in the timeline, and their numbers as a table to be saved.
 
-import { element } from "../../page/views/elements.js";
-import { Plot, TimeAxis, cell, figure, saveFile, swatch } from "../../page/plot.js";
+import { element, saveFile } from "../../page/views/elements.js";
+import { Plot, TimeAxis, cell, figure, swatch } from "../../page/plot.js";
 import { floats } from "../../page/stage/scenery.js";
 
 export class Motion {
