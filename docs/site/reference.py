@@ -10,6 +10,7 @@ import importlib
 import inspect
 import re
 import textwrap
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from enum import Enum
 from functools import cache
@@ -22,6 +23,7 @@ from mafsil import robots
 from mafsil.lazy_module import public_names
 
 DOCS = Path(__file__).parents[1]
+TESTS = Path(__file__).parents[2] / "tests"
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
 LONGEST = 8
 """Lines of an example."""
@@ -150,13 +152,30 @@ def _entry(package: str, name: str, thing: object) -> list[str]:
 
 
 def add_example(app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
-    """The shortest statement of the guide that makes the call, below its entry; tests run all code of the guide."""
+    """Below an entry the file of its tests, and the shortest statement of the guide that makes the call."""
+    if what not in ("function", "class", "method"):
+        return
     *_, owner, last = name.split(".")
+    file = tests_of_calls().get(last)
+    if file and what != "method":
+        lines += ["", f"Tested in ``{file}``.", ""]
     known = examples().get(f"{_variable(owner)}.{last}" if what == "method" else last)
-    if known and what in ("function", "class", "method"):
+    if known:
         page, code = known
         shown = [".. code-block:: python", "", *(f"   {line}" for line in code.splitlines())]
         lines += ["", ".. rubric:: Example", "", *shown, "", f"From :doc:`/{page}`.", ""]
+
+
+@cache
+def tests_of_calls() -> dict[str, str]:
+    """For each name that tests call, or else mention, the file that does so most often."""
+    most: dict[str, tuple[int, int, str]] = {}
+    for path in sorted(TESTS.rglob("test_*.py")):
+        text, file = path.read_text("utf-8"), path.relative_to(TESTS.parent).as_posix()
+        calls = Counter(re.findall(r"\b\w+(?=\()", text))
+        for name, count in Counter(re.findall(r"\b\w+", text)).items():
+            most[name] = max(most.get(name, (0, 0, "")), (calls[name], count, file))
+    return {name: file for name, (*_, file) in most.items()}
 
 
 def _variable(kind: str) -> str:

@@ -59,7 +59,7 @@ WITHOUT_EXAMPLE = {
     *("joint_group", "plan_around_moving", "take_shortcuts", "with_loops", "read_grasp", "read_log", "derive_ik"),
     *("of_robot", "as_open_tree", "legs_from_screws", "structure", "compile", "plot_block_diagram", "plot_response"),
     *("plot_surface", "plot_frame_graph", "plot_eclipse", "plot_five_bar", "plot_planar_platform", "plot_synthesis"),
-    "plot_placement",
+    *("plot_placement", "plot_crank_turn", "measure_designs", "calibrate_arm"),
 }
 """Functions whose example would be longer than an entry: a file, a cell of arms, a problem of one's own, a drawing."""
 
@@ -81,6 +81,16 @@ def test_functions_have_an_example_in_the_reference(reference: ModuleType) -> No
     for public in functions & set(examples):
         page, code = examples[public]
         assert code.splitlines()[0].strip() in (ROOT / "docs" / f"{page}.md").read_text("utf-8")
+
+
+def test_entries_of_the_reference_name_a_file_of_tests_that_calls_them(reference: ModuleType) -> None:
+    functions: set[str] = set()
+    for package in map(import_module, (f"mafsil.{name}" for name in reference.PACKAGES)):
+        functions |= {public for public in public_names(package) if isfunction(unwrap(getattr(package, public)))}
+    files = reference.tests_of_calls()
+    without = functions - set(files)
+    assert len(without) <= len(functions) // 50, sorted(without)
+    assert all(name in (ROOT / files[name]).read_text("utf-8") for name in functions & set(files))
 
 
 def test_methods_of_a_robot_have_an_example_in_the_reference(reference: ModuleType) -> None:
