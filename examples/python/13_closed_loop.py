@@ -15,7 +15,7 @@ motion = mf.trajectory.sequence(
 law = mf.control.computed_torque(robot, natural_frequency=20.0, damping_ratio=1.0)
 
 # Without friction the law knows the arm exactly: what is left is the error of sampling.
-plant = mf.Plant(robot, friction=False)
+plant = mf.simulation.Plant(robot, friction=False)
 known = mf.simulate(mf.Scenario(robot=robot, trajectory=motion, law=law, plant=plant))
 print(known.explain())
 print("largest error [rad]:", f"{np.abs(known.q - known.q_ref).max():.1e}")

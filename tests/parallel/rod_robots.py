@@ -3,7 +3,7 @@
 import numpy as np
 
 from mafsil.parallel.legs import (
-    Drive,
+    LegDrive,
     PlatformMotion,
     RodRobot,
     five_bar_on_rods,
@@ -51,7 +51,7 @@ ROBOTS = {
         hexapod_on_rods(BASE, PLATFORM, 0.5, axes=[0.0, 0.0, 1.0]), pose_at([0.02, -0.03, 0.6], [0.1, -0.08, 0.2]),
     ),
     "UPS hexapod": (
-        RodRobot(PlatformMotion.POSE, Drive.EXTEND, BASE, np.zeros(6), PLATFORM, np.zeros(3)),
+        RodRobot(PlatformMotion.POSE, LegDrive.EXTEND, BASE, np.zeros(6), PLATFORM, np.zeros(3)),
         pose_at([0.02, -0.03, 0.5], [0.1, -0.08, 0.2]),
     ),
     "five-bar": (five_bar_on_rods([[0, 0], [0.3, 0]], 0.3, 0.45), [0.2, 0.5]),

@@ -9,7 +9,7 @@ import mafsil as mf
 from mafsil import InputError, MafsilError
 from mafsil.geometry import pose
 from mafsil.identification import Measured, calibrate_arm
-from mafsil.parallel.legs import Drive, calibrate_rods
+from mafsil.parallel.legs import LegDrive, calibrate_rods
 from tests import sizes
 from tests.parallel.rod_robots import ROBOTS
 
@@ -25,7 +25,7 @@ def planted(robot, rng, tolerance=2e-3):
     }
     end = "rotating" if robot.motion.angles else "fixed"
     off[end] = getattr(robot, end) + tolerance * rng.normal(size=(robot.m, 3))
-    if robot.drive is Drive.CRANK:
+    if robot.drive is LegDrive.CRANK:
         off["arms"] = robot.arms + tolerance * rng.normal(size=robot.m)
         turned = tolerance * rng.normal(size=(robot.m, 1))
         off["zeros"] = np.cos(turned) * robot.zeros + np.sin(turned) * np.cross(robot.axes, robot.zeros)

@@ -6,7 +6,7 @@ import pytest
 from mafsil import InputError, parallel
 from mafsil.geometry import pose, rotation
 from mafsil.parallel.legs import (
-    Drive,
+    LegDrive,
     PlatformMotion,
     RodLimits,
     RodRobot,
@@ -104,7 +104,7 @@ def test_out_of_reach_and_singular():
     with pytest.raises(InputError, match="arms"):
         planar_on_rods(ring(1, THIRDS), ring(0.1, THIRDS), 1.0)
     with pytest.raises(InputError):
-        RodRobot(PlatformMotion.POINT, Drive.LINEAR, ring(1, THIRDS), [1.0, -1.0, 1.0], np.zeros(3), np.zeros(3))
+        RodRobot(PlatformMotion.POINT, LegDrive.LINEAR, ring(1, THIRDS), [1.0, -1.0, 1.0], np.zeros(3), np.zeros(3))
 
 
 @every

@@ -91,7 +91,7 @@ WRITTEN = (
     "mf.identification.Measured(points=np.zeros((5, 3)), direction=np.ones(3), center=np.zeros(3), noise=0.1, "
     "angle_noise=0.1)",
     "parallel.legs.RodLimits(least_transmission=0.1, largest_condition=10.0)",
-    "parallel.RodRobot(motion=parallel.legs.PlatformMotion.POINT, drive=parallel.legs.Drive.CRANK, base=np.eye(3), "
+    "parallel.RodRobot(motion=parallel.legs.PlatformMotion.POINT, drive=parallel.legs.LegDrive.CRANK, base=np.eye(3), "
     "rods=np.ones(3), rotating=np.zeros((3, 3)), fixed=np.zeros((3, 3)), axes=np.eye(3), arms=np.ones(3), "
     "zeros=np.eye(3)[[1, 2, 0]])",
     "parallel.SphericalPlatform(motors=np.eye(3), zeros=np.eye(3)[[2, 0, 1]], platform=np.eye(3)[[1, 2, 0]], "

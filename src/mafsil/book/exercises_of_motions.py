@@ -123,7 +123,7 @@ def pole(draw: Draw) -> Task:
     t = np.radians(theta)
 
     def fixed_point(c: float, s: float) -> Floats:
-        return np.linalg.solve([[1 - c, s], [-s, 1 - c]], p)
+        return np.asarray(np.linalg.solve([[1 - c, s], [-s, 1 - c]], p), dtype=np.float64)
 
     T = np.array([[np.cos(t), -np.sin(t), p[0]], [np.sin(t), np.cos(t), p[1]], [0.0, 0.0, 1.0]])
     x, y, w = planar.pole(T)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache, partial
 from math import pi
+from typing import Any
 
 import numpy as np
 
@@ -238,7 +239,7 @@ def shoulder_and_elbow(draw: Draw) -> Task | None:
         return None
     first, bend = float(np.arctan2(p[1], p[0])), float(np.arccos(D))
     wrong = float(np.arctan(p[0] / p[1]))
-    left_out = {"height_left_out": [[np.arccos(low)], [-np.arccos(low)]]} if abs(low) < 1 else {}
+    left_out: dict[str, Any] = {"height_left_out": [[np.arccos(low)], [-np.arccos(low)]]} if abs(low) < 1 else {}
     return Task(
         {"h": h, "a1": a1, "a2": a2, "p": p, "r": r, "s": s, "D": D, "t1": first, "t3": bend},
         [

@@ -22,7 +22,7 @@ from mafsil.parallel import (
     nearest_singularity,
 )
 from mafsil.parallel.cables import CablePoses, CableTensions
-from mafsil.parallel.legs import Drive, PlatformMotion, RodPoses
+from mafsil.parallel.legs import LegDrive, PlatformMotion, RodPoses
 from mafsil.parallel.planar import MotorAngles, PlanarPoses
 from mafsil.parallel.platforms import ModePath, NearestSingularity, PlatformModes, PlatformPoints
 from mafsil.parallel.robot_file import ParallelRobot
@@ -322,7 +322,7 @@ class AskedRods(Asked):
     """A platform on rods."""
 
     def __init__(self, robot: RodRobot) -> None:
-        self.robot, self.count, self.rotary = robot, robot.m, robot.drive is Drive.CRANK
+        self.robot, self.count, self.rotary = robot, robot.m, robot.drive is LegDrive.CRANK
         self.pose, self.wrench = ON_RODS[robot.motion]
 
     def motors(self, x: Floats) -> Floats:

@@ -31,6 +31,6 @@ from mafsil.parallel.legs.rod_library import linear_delta as linear_delta
 from mafsil.parallel.legs.rod_library import planar_on_rods as planar_on_rods
 from mafsil.parallel.legs.rod_library import rotary_delta as rotary_delta
 from mafsil.parallel.legs.rod_poses import RodPoses as RodPoses
-from mafsil.parallel.legs.rod_robot import Drive as Drive
+from mafsil.parallel.legs.rod_robot import LegDrive as LegDrive
 from mafsil.parallel.legs.rod_robot import PlatformMotion as PlatformMotion
 from mafsil.parallel.legs.rod_robot import RodRobot as RodRobot

@@ -21,7 +21,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.identification.geometric_calibration import ANGLE, LENGTH, GeometricCalibration, Measured, fit_geometry
 from mafsil.parallel.legs.rod_library import OnRods, as_rod_robot
-from mafsil.parallel.legs.rod_robot import Drive, RodRobot
+from mafsil.parallel.legs.rod_robot import LegDrive, RodRobot
 
 GROUPS = ("zeros", "rods", "arms", "bases", "ends", "leans")
 """Kinds of parameters; `leans` turn a motor about both axes across its own."""
@@ -76,7 +76,7 @@ def calibrate_rods(
     start = _start(nominal, value, measured, near)
     every = _parameters(nominal, parameters)
     angle, length = ANGLE("angle_tolerance", angle_tolerance), LENGTH("length_tolerance", length_tolerance)
-    turns = nominal.drive is Drive.CRANK
+    turns = nominal.drive is LegDrive.CRANK
     scale = np.array([
         angle if each.group == "leans" or (each.group == "zeros" and turns) else length for each in every
     ])  # fmt: skip
@@ -115,16 +115,16 @@ def _parameters(robot: RodRobot, groups: Sequence[str]) -> list[_Parameter]:
     for leg in range(robot.m):
         title = str(leg + 1)
         axis = robot.axes[leg]
-        if "zeros" in groups and robot.drive is Drive.CRANK:
+        if "zeros" in groups and robot.drive is LegDrive.CRANK:
             found.append(_Parameter(f"zero {title}", leg, "zeros", axis))
         if "rods" in groups:
             found.append(_Parameter(f"rod {title}", leg, "rods", axis))
-        if "arms" in groups and robot.drive is Drive.CRANK:
+        if "arms" in groups and robot.drive is LegDrive.CRANK:
             found.append(_Parameter(f"arm {title}", leg, "arms", axis))
         for name, group in (("base", "bases"), ("end", "ends")):
             if group in groups:
                 found += [_Parameter(f"{name} {title} {AXES[k]}", leg, group, np.eye(3)[k]) for k in flat]
-        if "leans" in groups and robot.drive is not Drive.EXTEND and not robot.is_flat:
+        if "leans" in groups and robot.drive is not LegDrive.EXTEND and not robot.is_flat:
             across = np.linalg.svd(axis[None])[2][1:]
             found += [_Parameter(f"lean {title} {k}", leg, "leans", w) for k, w in enumerate(across, start=1)]
     return found

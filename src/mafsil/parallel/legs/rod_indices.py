@@ -24,7 +24,7 @@ from mafsil.errors import InputError
 from mafsil.fields import between, check_fields
 from mafsil.geometry import rotation
 from mafsil.parallel.legs.leg_lines import unit_vectors
-from mafsil.parallel.legs.rod_robot import Drive, RodRobot
+from mafsil.parallel.legs.rod_robot import LegDrive, RodRobot
 from mafsil.parallel.platforms.platform_workspace import BLOCK, PlatformWorkspace
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers.decompositions import pinv, singular_values
@@ -166,7 +166,7 @@ def _transmission(robot: RodRobot, x: ArrayLike, q: Floats, back: Floats) -> tup
     T = robot.poses(x)
     u = unit_vectors(robot.ends(T) - robot.carriers(q))[1]
     into = np.ones(u.shape[:-1])
-    if robot.drive is not Drive.EXTEND:
+    if robot.drive is not LegDrive.EXTEND:
         swing = robot.swings(q)
         into = np.abs((u * swing).sum(axis=-1)) / np.linalg.norm(swing, axis=-1)
     V = np.zeros((*back.shape[:-2], robot.m, 6))

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array, single, spread
 from mafsil.errors import InputError
-from mafsil.parallel.legs.rod_robot import Drive, PlatformMotion, RodRobot
+from mafsil.parallel.legs.rod_robot import LegDrive, PlatformMotion, RodRobot
 from mafsil.parallel.planar.five_bar import FiveBar
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR, PlanarThreeRRR
 from mafsil.parallel.platforms.delta import DeltaRobot
@@ -32,7 +32,7 @@ def rotary_delta(
     u = _spokes(angles, 3)
     at, end = (spread(n, r, (3,))[:, None] * u for n, r in (("base", base), ("platform", platform)))
     return RodRobot(
-        PlatformMotion.POINT, Drive.CRANK, at, real_array("forearms", forearms), np.zeros(3), end,
+        PlatformMotion.POINT, LegDrive.CRANK, at, real_array("forearms", forearms), np.zeros(3), end,
         np.cross(u, -Z), real_array("arms", arms), u,
     )  # fmt: skip
 
@@ -50,7 +50,7 @@ def linear_delta(
     """
     at, end = (_in_space(name, value, 3) for name, value in (("towers", towers), ("platform", platform)))
     return RodRobot(
-        PlatformMotion.POINT, Drive.LINEAR, at, real_array("rods", rods), np.zeros(3), end,
+        PlatformMotion.POINT, LegDrive.LINEAR, at, real_array("rods", rods), np.zeros(3), end,
         real_array("rails", rails),
     )  # fmt: skip
 
@@ -70,7 +70,7 @@ def hexapod_on_rods(
     """
     at = single("base", base, (6, 3))
     away = at - at.mean(axis=0) if zeros is None else real_array("zeros", zeros)
-    drive = Drive.LINEAR if arms is None else Drive.CRANK
+    drive = LegDrive.LINEAR if arms is None else LegDrive.CRANK
     long = np.ones(()) if arms is None else real_array("arms", arms)
     n, l = real_array("axes", axes), real_array("rods", rods)
     return RodRobot(PlatformMotion.POSE, drive, at, l, single("platform", platform, (6, 3)), np.zeros(3), n, long, away)
@@ -86,7 +86,7 @@ def five_bar_on_rods(base: ArrayLike, arms: ArrayLike, rods: ArrayLike, tip: Arr
     """
     at, end = _in_space("base", base, 2), -_in_space("tip", np.tile(real_array("tip", tip), (2, 1)), 2)
     l, arm = real_array("rods", rods), real_array("arms", arms)
-    return RodRobot(PlatformMotion.PLANE_POINT, Drive.CRANK, at, l, np.zeros(3), end, Z, arm)
+    return RodRobot(PlatformMotion.PLANE_POINT, LegDrive.CRANK, at, l, np.zeros(3), end, Z, arm)
 
 
 def planar_on_rods(
@@ -104,7 +104,7 @@ def planar_on_rods(
     at, end = _in_space("base", base, 3), _in_space("platform", platform, 3)
     if (arms is None) == (slides is None):
         raise InputError("parallel.arms_or_slides")
-    drive = Drive.LINEAR if arms is None else Drive.CRANK
+    drive = LegDrive.LINEAR if arms is None else LegDrive.CRANK
     n = Z if slides is None else _in_space("slides", slides, 3)
     long = np.ones(()) if arms is None else real_array("arms", arms)
     return RodRobot(PlatformMotion.PLANE, drive, at, real_array("rods", rods), end, np.zeros(3), n, long)
@@ -124,7 +124,7 @@ def h4(
     """
     u = _spokes(angles, 4)
     return RodRobot(
-        PlatformMotion.SCHOENFLIES, Drive.CRANK, single("base", base, (4, 3)), real_array("rods", rods),
+        PlatformMotion.SCHOENFLIES, LegDrive.CRANK, single("base", base, (4, 3)), real_array("rods", rods),
         real_array("rotating", rotating), real_array("fixed", fixed), np.cross(u, -Z), real_array("arms", arms), u,
     )  # fmt: skip
 
@@ -144,10 +144,10 @@ def as_rod_robot(robot: OnRods) -> RodRobot:
         case RodRobot():
             return robot
         case StewartPlatform():
-            return RodRobot(PlatformMotion.POSE, Drive.EXTEND, robot.base, np.zeros(6), robot.platform, none)
+            return RodRobot(PlatformMotion.POSE, LegDrive.EXTEND, robot.base, np.zeros(6), robot.platform, none)
         case PlanarThreeRPR():
             base, platform = _in_space("base", robot.base, 3), _in_space("platform", robot.platform, 3)
-            return RodRobot(PlatformMotion.PLANE, Drive.EXTEND, base, none, platform, none)
+            return RodRobot(PlatformMotion.PLANE, LegDrive.EXTEND, base, none, platform, none)
         case PlanarThreeRRR():
             return planar_on_rods(robot.base, robot.platform, robot.rods, arms=robot.cranks)
         case DeltaRobot():

@@ -38,7 +38,7 @@ LONGEST = 0.3
 Z = np.array([0.0, 0.0, 1.0])
 
 
-class Drive(Enum):
+class LegDrive(Enum):
     """What the motor of a leg does."""
 
     CRANK = "crank"
@@ -91,7 +91,7 @@ class RodRobot:
     """
 
     motion: PlatformMotion
-    drive: Drive
+    drive: LegDrive
     base: Floats
     rods: Floats
     rotating: Floats
@@ -106,10 +106,10 @@ class RodRobot:
         found |= {name: spread(name, getattr(self, name), (m, 3)) for name in ("rotating", "fixed")}
         found |= {name: spread(name, getattr(self, name), (m,)) for name in ("rods", "arms")}
         for name in ("rods", "arms"):
-            if not (found[name] > 0).all() and (name, self.drive) != ("rods", Drive.EXTEND):
+            if not (found[name] > 0).all() and (name, self.drive) != ("rods", LegDrive.EXTEND):
                 raise InputError("input.positive", name=name, value=found[name].tolist())
         axes, zeros = _directions("axes", self.axes, m), _directions("zeros", self.zeros, m)
-        if self.drive is Drive.CRANK:
+        if self.drive is LegDrive.CRANK:
             across = zeros - (zeros * axes).sum(axis=1, keepdims=True) * axes
             zeros = _directions("zeros", across, m)
         for name, value in (found | {"axes": axes, "zeros": zeros}).items():
@@ -128,9 +128,9 @@ class RodRobot:
     @property
     def size(self) -> float:
         """Longest rod, with its crank [m]: lengths are judged over it."""
-        arms = self.arms if self.drive is Drive.CRANK else np.zeros(self.m)
+        arms = self.arms if self.drive is LegDrive.CRANK else np.zeros(self.m)
         reach = np.linalg.norm(self.base - self.base.mean(axis=0), axis=1).max()
-        return float(reach if self.drive is Drive.EXTEND else (self.rods + arms).max()) or 1.0
+        return float(reach if self.drive is LegDrive.EXTEND else (self.rods + arms).max()) or 1.0
 
     def poses(self, x: ArrayLike) -> Floats:
         """(*batch, 4, 4) poses, of poses or of short coordinates: (x, y, z), (x, y), (x, y, phi), (x, y, z, phi)."""
@@ -163,9 +163,9 @@ class RodRobot:
     def carriers(self, q: ArrayLike) -> Floats:
         """(*batch, m, 3) ends C of the rods on the motors [m], at coordinates (*batch, m) [rad | m]."""
         value = as_batch("q", q, (self.m,), finite=True)[..., None]
-        if self.drive is Drive.EXTEND:
+        if self.drive is LegDrive.EXTEND:
             return np.broadcast_to(self.base, (*value.shape[:-1], 3)).copy()
-        if self.drive is Drive.LINEAR:
+        if self.drive is LegDrive.LINEAR:
             return self.base + value * self.axes
         return self.base + self.arms[:, None] * (np.cos(value) * self.zeros + np.sin(value) * self._sides)
 
@@ -177,7 +177,7 @@ class RodRobot:
     def lengths(self, q: ArrayLike) -> Floats:
         """(*batch, m) of the rods at coordinates of the motors [m]."""
         value = as_batch("q", q, (self.m,), finite=True)
-        return self.rods + value if self.drive is Drive.EXTEND else np.broadcast_to(self.rods, value.shape)
+        return self.rods + value if self.drive is LegDrive.EXTEND else np.broadcast_to(self.rods, value.shape)
 
     def inverse_kinematics(self, x: ArrayLike) -> MotorAngles:
         """Both coordinates of each motor for poses or short coordinates: `q` (*batch, m, 2), with what rods miss.
@@ -186,11 +186,11 @@ class RodRobot:
         from motor to end, seen against the axis. Extended rods have one length, twice.
         """
         way = self.ends(x) - self.base
-        if self.drive is Drive.CRANK:
+        if self.drive is LegDrive.CRANK:
             along, up, across = ((way * e).sum(axis=-1) for e in (self.zeros, self._sides, self.axes))
             return crank_angles(along, up, np.abs(across), self.arms, self.rods)
         none = np.zeros(way.shape[:-1], dtype=np.bool_)
-        if self.drive is Drive.EXTEND:
+        if self.drive is LegDrive.EXTEND:
             s = np.linalg.norm(way, axis=-1) - self.rods
             return MotorAngles(np.stack([s, s], axis=-1), 0.0 * s, none, "m")
         along = (way * self.axes).sum(axis=-1)
@@ -240,13 +240,13 @@ class RodRobot:
                 "parallel.rod_wrong", rod=int(rod) + 1, length=float((s - l)[tuple(np.argwhere(wrong)[0])])
             )
         A = self._rows(T, u)
-        if self.drive is Drive.EXTEND:
+        if self.drive is LegDrive.EXTEND:
             return A, np.broadcast_to(np.eye(self.m), A.shape)
         return A, (u * self.swings(value)).sum(axis=-1)[..., None] * np.eye(self.m)
 
     def swings(self, q: Floats) -> Floats:
         """(*batch, m, 3) C', velocities of the carriers per rate of their motors."""
-        if self.drive is Drive.LINEAR:
+        if self.drive is LegDrive.LINEAR:
             return np.broadcast_to(self.axes, (*q.shape, 3))
         angle = q[..., None]
         return self.arms[:, None] * (np.cos(angle) * self._sides - np.sin(angle) * self.zeros)
@@ -280,7 +280,9 @@ class RodRobot:
     def singularity(self, x: ArrayLike, q: ArrayLike) -> SingularKinds:
         """First kind: a rod stands across what its motor can do. Second: the platform moves with all motors locked."""
         A, B = self.motor_matrices(x, q)
-        return singular_kinds(A, B / (self.arms if self.drive is Drive.CRANK else 1.0), self.size, self.motion.angles)
+        return singular_kinds(
+            A, B / (self.arms if self.drive is LegDrive.CRANK else 1.0), self.size, self.motion.angles
+        )
 
     def forward_near(self, q: ArrayLike, x_guess: ArrayLike) -> RodPoses:
         """The pose of each row by Newton's method from a first one: `T` (*batch, 1, 4, 4).
