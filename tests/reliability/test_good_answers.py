@@ -24,6 +24,7 @@ from tests.sizes import size
 ROWS = {**arms.ROWS, **mechanisms.ROWS, **searches.ROWS}
 
 ELSEWHERE = {
+    "tests/book": "Assessment",
     "tests/cli": "ResultsComparison",
     "tests/collision": "CollisionCheck Clearance PathCheck",
     "tests/control": (
@@ -40,7 +41,7 @@ ELSEWHERE = {
     "tests/mobility": (
         "IntegrabilityAnswer Candidate FourBarPositions SliderCrankPositions Actuation ConfigurationCurves "
         "Existence GrueblerCount InstantaneousMobility PolygonSpace RedundantConstraints Mobility Structure "
-        "ConfigurationSurface ConfigurationSurfaces"
+        "ConfigurationSurface ConfigurationSurfaces CrankTurn LinkageLoads"
     ),
     "tests/one_joint": (
         "Bandwidth Deadlines Holding StiffnessCommand Braking TransmissionAnswer DriveSizing StickSlip "
@@ -50,7 +51,7 @@ ELSEWHERE = {
     "tests/parallel": (
         "ActuatorEfforts Certificate ClosedAccelerations ClosedConfigurations ForwardPoses LoopSingularities "
         "MotorAngles PlanarPoses PlatformPoints SingularKinds ThreeRPSModes CableClosure CableWorkspace "
-        "ClosedMotion LegBranches LegModes PlatformWorkspace"
+        "ClosedMotion LegBranches LegModes PlatformWorkspace RodPoses RodIndices GeometricCalibration"
     ),
     "tests/performance": "Singularity SingularityLocus VirtualWork WorkspaceMap",
     "tests/planning": "BasePlacement FieldPath ApproachPlan PlannerBench",
@@ -68,7 +69,7 @@ ELSEWHERE = {
 }
 """Where the other answers are held against an independent source: tests that assert something of calls which return
 them; rows of reliability count instead."""
-NO_CLAIM = {"Expression", "Refusal", "Figure", "Example", "Remark"}
+NO_CLAIM = {"Expression", "Refusal", "Figure", "Example", "Remark", "SectionPage"}
 """Truths that say nothing of a number."""
 
 
