@@ -68,6 +68,7 @@ DESCRIPTION = {
     "degrees", "radians", "from_dh", "from_screws", "inertial_parameters", "joint_names", "knows_loops", "limits",
     "with_locked_joints", "mechanism", "n",
     "name", "save", "tip", "with_frame", "with_payload", "with_tip", "with_tool", "without_loops",
+    "derived",  # what other packages keep with the description, such as layouts of its shapes
     "friction_torque", "friction_regressor",  # each joint's own law of its own rate, whatever the loops do
 }  # fmt: skip
 pytestmark = pytest.mark.filterwarnings("ignore::mafsil.errors.ModelWarning")

@@ -25,7 +25,7 @@ from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.model import Mechanism
 from mafsil.model.loading import RobotLike
-from mafsil.robot import Robot, as_open_tree
+from mafsil.robot import Robot, as_robot
 
 STEPS = 20
 ANGLE, LENGTH = between(1e-9, 1.0), between(1e-9, 1e3)
@@ -263,7 +263,7 @@ def calibrate_arm(
     Reference: He, Zhao, Yang and Yang, Kinematic-parameter identification for serial-robot calibration based on POE
     formula, IEEE Trans. Robotics 26 (2010).
     """
-    mechanism = as_open_tree(robot).mechanism
+    mechanism = as_robot(robot).mechanism
     value = as_batch("q", q, (mechanism.n,), finite=True)
     if value.shape != (measured.rows, mechanism.n):
         raise InputError("input.shape", name="q", expected=(measured.rows, mechanism.n), got=value.shape, hint="")

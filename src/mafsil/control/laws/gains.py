@@ -18,12 +18,12 @@ from mafsil.arrays import (
     positive,
     real_array,
     require_finite,
-    require_kind,
     whole,
 )
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, finite
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -120,7 +120,7 @@ _SHRINK, _ROUNDS = 0.5, 500
 
 
 def inertia_gains(
-    robot: Robot,
+    robot: RobotLike,
     q: ArrayLike,
     period: float,
     natural_frequency: float = NATURAL_FREQUENCY,
@@ -137,7 +137,7 @@ def inertia_gains(
         4. If that leaves a joint soft, the same again with configurations around the motion.
 
     Args:
-        robot: the model.
+        robot: the model, without loops.
         q: (k, n) configurations that the motion passes [rad | m].
         period: between two calls of the law [s].
         natural_frequency: w of each joint, the others locked [rad/s].
@@ -149,7 +149,7 @@ def inertia_gains(
     Raises:
         InputError: a wrong shape, a number that is not finite or not positive.
     """
-    require_kind("robot", robot, "Robot", "mass_matrix")
+    robot = as_robot(robot)
     for name, value in (("period", period), ("natural_frequency", natural_frequency), ("damping_ratio", damping_ratio)):
         positive(name, value)
     places = require_finite("q", as_batch("q", q, (robot.n,))).reshape(-1, robot.n)
