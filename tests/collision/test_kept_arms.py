@@ -121,10 +121,10 @@ def test_files_that_rest_are_told_from_files_that_may_change_unseen(tmp_path):
     assert FileStamps.of([file]).settled
     file.touch()
     assert not FileStamps.of([file]).settled
-    assert not FileStamps.of([file]).changed()
+    assert not FileStamps.of([file]).has_changed()
     stamps = FileStamps.of([file])
     file.unlink()
-    assert stamps.changed()
+    assert stamps.has_changed()
 
 
 @pytest.mark.capability("11-39")
