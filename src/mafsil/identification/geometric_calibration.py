@@ -23,7 +23,8 @@ from mafsil.fields import between
 from mafsil.geometry import pose, rotation
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
-from mafsil.model import Mechanism
+from mafsil.model import Joint, Mechanism
+from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
@@ -267,33 +268,30 @@ def calibrate_arm(
     value = as_batch("q", q, (mechanism.n,), finite=True)
     if value.shape != (measured.rows, mechanism.n):
         raise InputError("input.shape", name="q", expected=(measured.rows, mechanism.n), got=value.shape, hint="")
-    path = _ancestors(mechanism)
-    chain = [k for k in path if mechanism.joints[k].moves]
-    names = tuple(
-        f"{frame}.{axis}"
-        for frame in (*(mechanism.joints[k].name for k in chain), "tip")
-        for axis in ("rx", "ry", "rz", "x", "y", "z")
-    )
+    path = chain_to_tip(mechanism)
+    chain = [joint.name for joint in path if joint.moves]
+    names = tuple(f"{frame}.{axis}" for frame in (*chain, "tip") for axis in ("rx", "ry", "rz", "x", "y", "z"))
 
     def correct(theta: Floats) -> Robot:
-        shifts = pose.exp(theta.reshape(-1, 6))
-        joints = list(mechanism.joints)
-        for k, X in zip(chain, shifts[:-1], strict=True):
-            joints[k] = replace(joints[k], T_pj=joints[k].T_pj @ X)
-        return Robot(replace(mechanism, joints=tuple(joints), T_lt=mechanism.T_lt @ shifts[-1]))
+        *shifts, last = pose.exp(theta.reshape(-1, 6))
+        shift = dict(zip(chain, shifts, strict=True))
+        joints = tuple(
+            replace(joint, T_pj=joint.T_pj @ shift[joint.name]) if joint.name in shift else joint
+            for joint in mechanism.joints
+        )
+        return Robot(replace(mechanism, joints=joints, T_lt=mechanism.T_lt @ last))
 
     def predict(theta: Floats) -> tuple[Floats, Floats]:
         change = theta.reshape(-1, 6)
         T = np.broadcast_to(np.asarray(mechanism.T_sb), (len(value), 4, 4))
         columns: list[Floats] = []
-        for k in path:
-            each = mechanism.joints[k]
+        for each in path:
             T = T @ each.T_pj
             if each.moves:
                 x = change[len(columns)]
                 columns.append(pose.adjoint(T) @ rotation_slope(x))
                 T = T @ pose.exp(x)
-                T = T @ pose.exp(each.screw * _coordinate(mechanism, value, k)[:, None])
+                T = T @ pose.exp(each.screw * _coordinate(mechanism, value, each)[:, None])
         columns.append(pose.adjoint(T @ mechanism.T_lt) @ rotation_slope(change[-1]))
         T = T @ mechanism.T_lt @ pose.exp(change[-1])
         D = np.concatenate(columns, axis=-1)
@@ -313,22 +311,8 @@ def rotation_slope(x: Floats) -> Floats:
     return np.eye(6) - ad / 2 + ad @ ad / 6
 
 
-def _coordinate(mechanism: Mechanism, q: Floats, k: int) -> Floats:
+def _coordinate(mechanism: Mechanism, q: Floats, joint: Joint) -> Floats:
     """(rows,) coordinate of a joint, of one that follows another too."""
-    each = mechanism.joints[k]
-    names = [one.name for one in mechanism.coordinates]
-    if each.mimic is None:
-        return q[:, names.index(each.name)]
-    return np.array([each.mimic.value(v) for v in q[:, names.index(each.mimic.leader)].tolist()])
-
-
-def _ancestors(mechanism: Mechanism) -> list[int]:
-    """Joints from the base to the tip, in order."""
-    by_child = {joint.child: k for k, joint in enumerate(mechanism.joints)}
-    found: list[int] = []
-    link = mechanism.tip
-    while link in by_child:
-        k = by_child[link]
-        found.append(k)
-        link = mechanism.joints[k].parent
-    return found[::-1]
+    if joint.mimic is None:
+        return q[:, mechanism.joint_names.index(joint.name)]
+    return np.array([joint.mimic.value(v) for v in q[:, mechanism.joint_names.index(joint.mimic.leader)].tolist()])

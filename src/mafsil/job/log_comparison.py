@@ -110,17 +110,15 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
     # 2
     factors = np.array([_factor(ours, theirs) for ours, theirs in zip(u.T, here.T, strict=True)])
     q = q / factors
-    lags = np.zeros(robot.n)
-    if not robot.mechanism.loops:
-        lags = _lags(_laid_over(plan, t - offset, q, None, lags))
-    if np.ptp(lags) >= LATE:
-        offset, lags = offset + float(lags.min()), lags - lags.min()
+    laid = None if robot.mechanism.loops else _laid_over(plan, t - offset, q, efforts, np.zeros(robot.n))
+    if laid is not None and np.ptp(lags := _lags(laid)) >= LATE:
+        offset += float(lags.min())
+        laid = _laid_over(plan, t - offset, q, efforts, lags - lags.min())
     errors = np.abs(_interpolate(offset + planned, t, q) - u).max(axis=0)
     remarks = list(_units(robot, factors))
     # 3
     missed = list(_missed_targets(job, plan, t - offset, q))
-    if not robot.mechanism.loops:
-        laid = _laid_over(plan, t - offset, q, efforts, lags)
+    if laid is not None:
         # 4
         remarks += _tracking(robot, laid)
         # 5
