@@ -17,7 +17,8 @@ from __future__ import annotations
 
 import mafsil.expression as ex
 from mafsil.algebra.subproblems import Root, Turn
-from mafsil.algebra.tolerance import DOUBLE_ROOT, SMALLEST_DIVISOR, VANISHING
+from mafsil.algebra.tolerance import DOUBLE_ROOT, VANISHING
+from mafsil.floating_point import LEAST_DIVISOR
 
 POLISH = 2
 """Newton steps on the equation itself, after the lines: each doubles the digits, of which the lines leave eight."""
@@ -69,7 +70,7 @@ def lengths_on_conic(
         far = -(b + ex.if_else(b < 0, -1, 1) * ex.sqrt(ex.fmax(b * b - a * c, 0)))
         real = b * b * (1 + DOUBLE_ROOT) >= a * c
         for top, below in ((far, a), (c, far)):
-            d = top / ex.if_else(ex.equal(below, 0), SMALLEST_DIVISOR, below)
+            d = top / ex.if_else(ex.equal(below, 0), LEAST_DIVISOR, below)
             roots.append(_polished_length(C, d, real))
     return roots[0], roots[1], roots[2], roots[3]
 
@@ -147,7 +148,7 @@ def _cubic_roots(
     angle = ex.atan2(ex.sqrt(ex.fmax(-discriminant, 0)), -Q) / 3
     radius = 2 * ex.sqrt(ex.fmax(-P, 0))
     size = ex.fabs(Q) + ex.sqrt(ex.fmax(discriminant, 0))
-    u = ex.exp(ex.log(ex.fmax(size, SMALLEST_DIVISOR)) / 3) * ex.if_else(Q > 0, -1, 1)
+    u = ex.exp(ex.log(ex.fmax(size, LEAST_DIVISOR)) / 3) * ex.if_else(Q > 0, -1, 1)
     only = u - P / u
     third = 2.0943951023931953
     roots = [ex.if_else(three, radius * ex.cos(angle + i * third), only) - shift for i in (-1, 0, 1)]

@@ -13,7 +13,8 @@ from math import nan
 
 import mafsil.expression as ex
 from mafsil.algebra.spatial import angular, cross, length, linear
-from mafsil.algebra.tolerance import LIMITS, SMALLEST_DIVISOR
+from mafsil.algebra.tolerance import LIMITS
+from mafsil.floating_point import LEAST_DIVISOR
 
 
 def rotation(M: ex.Expression) -> ex.Expression:
@@ -37,7 +38,7 @@ def unit_quaternion(q: ex.Expression) -> ex.Expression:
 def axis(x: ex.Expression) -> ex.Expression:
     """Zero where three numbers have a direction; infinite where their squares vanish or overflow."""
     s = ex.dot(x, x)
-    return ex.if_else(ex.logic_and(s >= SMALLEST_DIVISOR, s < ex.inf), 0.0, ex.inf)
+    return ex.if_else(ex.logic_and(s >= LEAST_DIVISOR, s < ex.inf), 0.0, ex.inf)
 
 
 def quaternion(q: ex.Expression) -> ex.Expression:

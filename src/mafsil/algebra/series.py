@@ -12,9 +12,7 @@ from fractions import Fraction
 from math import comb, factorial
 
 import mafsil.expression as ex
-
-EPS = 2.0**-52
-"""Distance of 1 to the next double."""
+from mafsil.floating_point import EPS
 
 
 def half_sine(s: ex.Expression) -> ex.Expression:

@@ -7,8 +7,6 @@ EPS = 2^-52 is the distance of 1 from the next number. Three rules give nearly a
 - A direction that is found from a vector of length d is known to EPS / d.
 """
 
-EPS = 2.0**-52
-"""Distance from 1 to the next number."""
 
 # ---- what a member of a group may be away from it ------------------------------------------------------------------
 
@@ -50,8 +48,6 @@ sums of some hundred products, each of factors that were sums before."""
 DOUBLE_ROOT = 1e-6
 """Relative distance of a line from a curve up to which it may touch it but for roundoff: 64 sqrt(EPS), the square root
 that a double root costs, of an equation known to VANISHING."""
-SMALLEST_DIVISOR = 1e-300
-"""In place of a zero that is divided by where the quotient is not used or may be huge, so that no NaN arises."""
 
 LIMITS: dict[str, float] = {
     "rotation": ROTATION,

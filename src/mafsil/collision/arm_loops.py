@@ -19,9 +19,9 @@ from mafsil.collision.near_loops import nearest
 from mafsil.collision.pair_loops import WORKSPACE, separation
 from mafsil.collision.support_loops import Pieces, product
 from mafsil.collision.tree_loops import DEPTH, Surroundings, box_gap
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.kernels.loops.loop import compiled, inlined
 
-LEAST = 1e-300
 FEW = 64
 """Pieces of the surroundings that are looked at one by one near a body; more are asked for through the tree."""
 
@@ -68,7 +68,7 @@ def scratch_for(arm: Arm) -> Scratch:
 @compiled
 def just_above(clearance: float) -> float:
     """The next larger number, above zero one that processors add as quickly as any other."""
-    return max(np.nextafter(clearance, np.inf), LEAST)
+    return max(np.nextafter(clearance, np.inf), LEAST_DIVISOR)
 
 
 @inlined

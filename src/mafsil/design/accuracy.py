@@ -30,6 +30,7 @@ from mafsil.design.elastic import FlexibleArm
 from mafsil.design.family import ArmNumbers
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, finite
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
@@ -185,7 +186,7 @@ class Accuracy(
         """Share of the samples inside the ellipsoid of 95 %; NaN without any."""
         if not len(self.samples):
             return float("nan")
-        long = self.axes > 1e-9 * max(float(self.axes[0]), 1e-300)
+        long = self.axes > 1e-9 * max(float(self.axes[0]), LEAST_DIVISOR)
         along = (self.samples[:, 3:] @ self.directions)[:, long] / self.axes[long]
         return float(((along**2).sum(axis=1) <= 1.0).mean())
 

@@ -17,13 +17,13 @@ from mafsil.design.accuracy import Causes, Tolerances, for_frames
 from mafsil.design.arm import ArmDesign
 from mafsil.design.family import ArmNumbers
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.model.loading import RobotLike
 
 CLOSED = 1e-6
 """Share of the cost by which the least one may lie below it."""
 FELT = 1e-12
 """Share of the largest variance below which a cause does not move the tool."""
-TINY = 1e-300
 EXACT = Tolerances()
 
 
@@ -125,7 +125,7 @@ def _cheapest(A: Floats, c: Floats) -> tuple[Floats, float]:
     """Minimise sum c / t with A t^2 <= 1: tolerances that satisfy it, and a lower bound of the cost."""
 
     def least(weights: Floats) -> Floats:
-        return np.cbrt(c / (2.0 * np.maximum(weights @ A, TINY)))
+        return np.cbrt(c / (2.0 * np.maximum(weights @ A, LEAST_DIVISOR)))
 
     def dual(log_weights: Floats) -> tuple[float, Floats]:
         weights = np.exp(log_weights)

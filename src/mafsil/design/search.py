@@ -24,6 +24,7 @@ from mafsil.design.arm import ArmDesign, ParametricArm
 from mafsil.design.elastic import FlexibleArm
 from mafsil.design.tasks import IN_CYCLE, MEASURES, Evaluation, TaskSet, evaluate, measure_designs
 from mafsil.errors import InputError, MafsilError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 
 BROKEN = 1e3
@@ -267,7 +268,7 @@ def is_undominated(f: ArrayLike) -> Booleans:
 
 def _apart(f: Floats, most: int) -> Any:
     """At most so many rows of goals, each as far from those before it as can be, the best of each goal at first."""
-    span = np.maximum(np.ptp(f, axis=0), 1e-300)
+    span = np.maximum(np.ptp(f, axis=0), LEAST_DIVISOR)
     chosen = list(dict.fromkeys(int(k) for k in f.argmin(axis=0)))
     while len(chosen) < min(most, len(f)):
         away = np.min([np.linalg.norm((f - f[k]) / span, axis=1) for k in chosen], axis=0)

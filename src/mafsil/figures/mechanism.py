@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.figures.picture_file import picture_file
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.job.resting import resting_configuration
 from mafsil.model import Mechanism
 from mafsil.model.appearance import pieces
@@ -83,7 +84,7 @@ def _body(axes: Any, drawn: list[_Triangles]) -> None:
 
     corners = np.concatenate([triangles for triangles, _ in drawn])
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), LEAST_DIVISOR)
     colours = np.concatenate([colour for _, colour in drawn])
     colours[:, :3] *= (0.62 + 0.38 * np.abs(normals @ _SUN))[:, None]
     body = Poly3DCollection(corners, facecolors=colours, edgecolors=colours, linewidths=0.15, zorder=3)

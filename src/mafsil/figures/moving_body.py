@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector3, single
 from mafsil.errors import InputError
 from mafsil.figures import space
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import membership, pose, rotation, screw, twist, wrench
 from mafsil.geometry.logarithms import ball_points
 from mafsil.messages import say
@@ -163,7 +164,7 @@ def _line(vector: Floats, *, is_wrench: bool) -> tuple[Vector3, Vector3]:
     both = np.concatenate([vector[3:], vector[:3]]) if is_wrench else vector
     directed = both[:3] if both[:3].any() else both[3:]
     point = screw.nearest_point(both) if both[:3].any() else np.zeros(3)
-    return directed / max(float(np.linalg.norm(directed)), 1e-300), np.asarray(point)
+    return directed / max(float(np.linalg.norm(directed)), LEAST_DIVISOR), np.asarray(point)
 
 
 def _six(x: Floats) -> str:

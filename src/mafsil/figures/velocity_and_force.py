@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3
 from mafsil.figures import space
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import screw
 from mafsil.messages import say
 from mafsil.model.dh_link import link_fit
@@ -89,7 +90,7 @@ def draw_free_bodies(robot: Robot, q: Floats, loads: Sequence[LinkLoad] = ()) ->
     ends = [chain]
     for forces, colour, letter in ((applied, space.ACCENT, "f"), (passed, space.SECOND, "r")):
         for k, (place, force) in enumerate(forces, 1):
-            if np.linalg.norm(force) > 1e-9 * max(largest, 1e-300):
+            if np.linalg.norm(force) > 1e-9 * max(largest, LEAST_DIVISOR):
                 step = 0.45 * size * force / largest
                 space.arrow(axes, place, step, colour, 2.0)
                 space.label(axes, place + REACH * step, f"${letter}_{k}$", colour)

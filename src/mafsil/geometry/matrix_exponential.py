@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, real_array, whole
 from mafsil.errors import InputError
+from mafsil.floating_point import EPS
 from mafsil.geometry.tolerances import ROUNDOFF
 
 
@@ -75,7 +76,7 @@ def series(
     step = _square(A) * t
     size = float(np.linalg.norm(step, 2))
     count = most if terms is None else whole("terms", terms, 1)
-    unit = np.finfo(float).eps / 2
+    unit = EPS / 2
     given = 0.0 if t == 1.0 else unit * float(np.linalg.norm(step))
     total, term, rest = np.zeros_like(step), np.eye(len(step)), inf
     wrong_term, rounding = 0.0, 0.0
@@ -97,7 +98,7 @@ def _rounding_of_next(term: Floats, step: Floats, wrong: float, given: float, n:
 
     An inner product of m numbers is wrong by at most m units of the product of absolute values; the division adds one.
     """
-    unit = np.finfo(float).eps / 2
+    unit = EPS / 2
     size, factor = float(np.linalg.norm(term)), float(np.linalg.norm(step))
     rounded = 1.01 * (len(step) + 1) * unit
     return (wrong * (factor + given) + size * given + rounded * size * factor) / n

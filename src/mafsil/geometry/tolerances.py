@@ -3,8 +3,6 @@
 EPS is the spacing of numbers at 1. A value that went through n operations with condition c is wrong by n c EPS at most.
 """
 
-EPS = 2.0**-52
-
 ROUNDOFF = 1e-12
 """Numbers of order one that are equal but for rounding: 4,500 EPS, a hundred motions multiplied, condition ten."""
 SPECIAL = 1e-9

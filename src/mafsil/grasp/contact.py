@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import LARGEST, SMALLEST, Floats, PoseMatrix, as_batch, calculable, frozen, real_array
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.grasp.tolerances import TYPED
 
 Model: TypeAlias = Literal["frictionless", "hard", "soft"]
@@ -320,7 +321,7 @@ def patch_contact(
     points = np.array([c.point for c in contacts])
     heights = (points - points[0]) @ contacts[0].normal
     size = float(np.abs(points - points[0]).max())
-    if np.abs(heights).max() > TYPED * max(size, 1e-300):
+    if np.abs(heights).max() > TYPED * max(size, LEAST_DIVISOR):
         raise InputError(
             "grasp.patch_not_flat", index=int(np.argmax(np.abs(heights))), off=float(np.abs(heights).max())
         )

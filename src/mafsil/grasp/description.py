@@ -15,6 +15,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, as_batch, real_array
 from mafsil.errors import FileError, InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.grasp.body import GraspedBody
 from mafsil.grasp.contact import Contact, require_one_dimension, single
 from mafsil.grasp.tolerances import ON_OUTLINE, ROUNDOFF
@@ -194,7 +195,9 @@ def distance_to_outline(point: Floats, outline: Floats) -> float:
         outline: (k, 2) corners in order.
     """
     start, edge = outline, np.roll(outline, -1, axis=0) - outline
-    along = np.clip(np.sum((point - start) * edge, axis=1) / np.maximum(np.sum(edge**2, axis=1), 1e-300), 0.0, 1.0)
+    along = np.clip(
+        np.sum((point - start) * edge, axis=1) / np.maximum(np.sum(edge**2, axis=1), LEAST_DIVISOR), 0.0, 1.0
+    )
     return float(np.linalg.norm(start + along[:, None] * edge - point, axis=1).min())
 
 

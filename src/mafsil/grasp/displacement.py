@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.grasp.closure import conditioning
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
@@ -67,7 +68,7 @@ def displaced_pose(grasp: Grasp, twist: Floats, step: float) -> Floats | None:
     to_scaled: Floats = np.asarray(np.linalg.inv(conditioning([c.point for c in grasp.contacts]).T), float)
     length, size = float(np.linalg.norm(to_scaled @ twist)), size_of(grasp)
     fastest = max(float(np.linalg.norm(_velocity(twist, c.point))) for c in grasp.contacts)
-    share = step / max(fastest, 1e-300)
+    share = step / max(fastest, LEAST_DIVISOR)
     pose, shifted = _exp(share * twist), np.zeros(3)
     for _ in range(ROUNDS):
         gaps = np.array([_gap(pose, c) for c in grasp.contacts])

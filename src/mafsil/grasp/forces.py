@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, spread
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.grasp.cone import furthest
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.tolerances import MULTIPLIER, OPTIMUM, RANK, UNLOADED
@@ -121,7 +122,7 @@ def resist(
     """
     program = _Program(contacts, wrench, push, jacobian, torque)
     nearest = program.solve(elastic=True)  # 1
-    if nearest.value > UNLOADED * max(float(np.abs(program.b).max()), 1e-300):
+    if nearest.value > UNLOADED * max(float(np.abs(program.b).max()), LEAST_DIVISOR):
         return program.refusal(nearest)
     return program.answer(program.solve(elastic=False, start=nearest.columns))  # 2
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 
 STEPS = 25
 STILL = 1e-10
@@ -124,7 +125,7 @@ def _stationary(discs: Floats, start: Floats) -> Minimum | None:
         elif rims:
             kinks -= rims
         elif heights[beyond] <= level * (1 + 1e-9):
-            positive = np.maximum(weights, 1e-300)
+            positive = np.maximum(weights, LEAST_DIVISOR)
             where = np.where([[i in kinks] for i in pieces], inner / positive[:, None], np.nan)
             return Minimum(at, float(heights[beyond]), pieces, positive / positive.sum(), where)
         elif beyond in pieces:

@@ -5,7 +5,6 @@ eps = 2^-52 = 2.2e-16; in at most six dimensions, products, eliminations and sin
 keep all but some hundred eps; typed input carries nine digits at worst.
 """
 
-EPS = 2.0**-52
 ROUNDOFF = 1e-12
 """Relative error of sums of products and of margins: 4500 eps, for which six dimensions and a condition of 100 do."""
 NEGLIGIBLE = 1e-14

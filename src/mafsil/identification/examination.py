@@ -17,6 +17,7 @@ from itertools import combinations
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.identification.remark import Remark
 from mafsil.identification.smoothing import SmoothMotion
 from mafsil.mechanics.friction import SMOOTHING
@@ -134,7 +135,7 @@ def _judge(robot: Robot, rows: _Rows) -> _Judged:
     for k in range(n):
         rate = rows.qd[:, k]
         known = np.stack([np.ones_like(rate), rate, np.tanh(rate / SMOOTHING), rows.qdd[:, k]], axis=1)
-        known = np.linalg.qr(known / np.maximum(np.abs(known).max(axis=0), 1e-300))[0]
+        known = np.linalg.qr(known / np.maximum(np.abs(known).max(axis=0), LEAST_DIVISOR))[0]
         x, y = (each - known @ (known.T @ each) for each in (wanted[:, k], rows.tau[:, k]))
         if x @ x > FELT**2 * (wanted[:, k] @ wanted[:, k]) > 0.0 and y @ y > 0.0:
             slope[k], explained[k] = (x @ y) / (x @ x), (x @ y) ** 2 / ((x @ x) * (y @ y))

@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, frozen, positive, real_array, require_finite, whole
 from mafsil.csv_table import csv_text, joint_columns
 from mafsil.errors import InputError
-from mafsil.identification.tolerances import NO_EFFORT, NO_EXCITATION, NO_MOTION, SMALLEST, WORST_CONDITION
+from mafsil.floating_point import LEAST_DIVISOR
+from mafsil.identification.tolerances import NO_EFFORT, NO_EXCITATION, NO_MOTION, WORST_CONDITION
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.messages import say
@@ -271,7 +272,7 @@ class _Search:
         W = self.model.columns(q, qd, qdd)[..., self.columns]
         W = W / np.maximum(np.sqrt((tau**2).mean(axis=0)), NO_EFFORT)[:, None]
         W = W.reshape(-1, len(self.columns))
-        W = W / np.maximum(np.linalg.norm(W, axis=0), SMALLEST)
+        W = W / np.maximum(np.linalg.norm(W, axis=0), LEAST_DIVISOR)
         weights = np.linalg.eigvalsh(W.T @ W)
         return float(np.sqrt(weights[-1] / weights[0])) if weights[0] > NO_EXCITATION * weights[-1] else WORST_CONDITION
 

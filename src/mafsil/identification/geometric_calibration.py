@@ -20,6 +20,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, positive, single, spread
 from mafsil.errors import InputError
 from mafsil.fields import between
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose, rotation
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
@@ -104,7 +105,7 @@ class Measured:
             off = np.asarray(self.heights) - (p * along).sum(axis=1)
         else:
             far = np.linalg.norm(p - np.asarray(self.center), axis=1, keepdims=True)
-            along = (p - np.asarray(self.center)) / np.maximum(far, 1e-300)
+            along = (p - np.asarray(self.center)) / np.maximum(far, LEAST_DIVISOR)
             off = np.asarray(self.distances) - far[:, 0]
         return off[:, None] / self.noise, np.einsum("ki,kip->kp", along, D[:, 3:])[:, None] / self.noise
 

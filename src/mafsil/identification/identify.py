@@ -13,6 +13,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.identification.consistency import (
     BodyParameterisation,
     Parameterisation,
@@ -28,7 +29,7 @@ from mafsil.identification.regression import Fit, RegressorStack, fit_base_param
 from mafsil.identification.remark import Remark
 from mafsil.identification.result import Identification, Parameter, Validation, unidentifiable
 from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepare_log
-from mafsil.identification.tolerances import DEPENDENT, LEAST_MASS, NO_EFFORT, SMALLEST
+from mafsil.identification.tolerances import DEPENDENT, LEAST_MASS, NO_EFFORT
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.inertial_parameters import BaseParameters, inertial_parameters
@@ -183,7 +184,7 @@ def _identify(
 
 def _validation(joints: tuple[str, ...], problem: _Problem, before: Floats, after: Floats) -> Validation:
     rows = problem.held_out or problem.stack
-    effort = np.maximum(rows.effort(), SMALLEST)
+    effort = np.maximum(rows.effort(), LEAST_DIVISOR)
     training = problem.stack
     return Validation(
         joints=joints,
@@ -191,7 +192,7 @@ def _validation(joints: tuple[str, ...], problem: _Problem, before: Floats, afte
         effort=rows.effort(),
         before=100.0 * rows.residual(before) / effort,
         after=100.0 * rows.residual(after) / effort,
-        training=100.0 * training.residual(after) / np.maximum(training.effort(), SMALLEST),
+        training=100.0 * training.residual(after) / np.maximum(training.effort(), LEAST_DIVISOR),
     )
 
 
@@ -201,7 +202,10 @@ def _rotors_needed(full: RegressorStack, without: RegressorStack, fit: Fit) -> l
     R = full.weighted_triangle(fit.noise)
     b = np.asarray(np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=DEPENDENT)[0], dtype=np.float64)
     with_rotors = full.residual(b)
-    gain = full.rows * ((without.residual(fit.b) ** 2 - with_rotors**2) / np.maximum(with_rotors, SMALLEST) ** 2).sum()
+    gain = (
+        full.rows
+        * ((without.residual(fit.b) ** 2 - with_rotors**2) / np.maximum(with_rotors, LEAST_DIVISOR) ** 2).sum()
+    )
     better = float((with_rotors / without.residual(fit.b)).min())
     extra = max(k - (without.triangles.shape[-1] - 1), 1)
     if extra and gain > 30.0 * extra and better < 0.9:

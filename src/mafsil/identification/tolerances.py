@@ -3,10 +3,6 @@
 Sensors have five digits at best (encoders of 17 bits, currents of 12): a thousandth of that is none.
 """
 
-from mafsil.algebra.tolerance import SMALLEST_DIVISOR
-
-SMALLEST = SMALLEST_DIVISOR
-"""In place of a zero to divide by."""
 NO_MOTION = 1e-12
 """Ranges, rates, accelerations and lengths, in SI units, of joints that stand still, to divide by."""
 NO_EFFORT = 1e-9

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from mafsil import threads
 from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose
-from mafsil.ik.tolerances import EXACT_POSE, LEAST_DAMPING, NO_COST, NO_STEP, REFINED_DAMPING, SAME, SMALLEST
+from mafsil.ik.tolerances import EXACT_POSE, LEAST_DAMPING, NO_COST, NO_STEP, REFINED_DAMPING, SAME
 from mafsil.lazy_module import lazily
 from mafsil.robot import Robot
 
@@ -54,7 +55,7 @@ def task_error(T: PoseMatrix, T_sd: PoseMatrix, mask: NDArray[np.bool_]) -> Floa
         axis = np.stack([-z[:, 1], z[:, 0], np.zeros(len(z))], axis=1)
         sine = np.linalg.norm(axis, axis=1)
         angle = np.arctan2(sine, z[:, 2])
-        error[:, :3] = axis * np.where(sine > EXACT_POSE, angle / np.maximum(sine, SMALLEST), 1.0)[:, None]
+        error[:, :3] = axis * np.where(sine > EXACT_POSE, angle / np.maximum(sine, LEAST_DIVISOR), 1.0)[:, None]
         error[:, 0] += np.where((sine <= EXACT_POSE) & (z[:, 2] < 0), np.pi, 0.0)
     error[:, 3:] *= mask[3:]
     return error
@@ -131,12 +132,12 @@ def least_squares(
             break
         J = robot.jacobian_body(q[moving]) * mask[:, None]
         normal = J.transpose(0, 2, 1) @ J
-        scale = np.maximum(np.trace(normal, axis1=1, axis2=2), SMALLEST)
+        scale = np.maximum(np.trace(normal, axis1=1, axis2=2), LEAST_DIVISOR)
         normal = normal + (damping[moving] * scale)[:, None, None] * unit
         downhill = J.transpose(0, 2, 1) @ error[moving, :, None]
         step = np.asarray(np.linalg.solve(normal, downhill)[:, :, 0], dtype=np.float64)
         length = np.abs(step).max(axis=1, keepdims=True)
-        trial = q[moving] + step * np.minimum(1.0, 0.5 / np.maximum(length, SMALLEST))
+        trial = q[moving] + step * np.minimum(1.0, 0.5 / np.maximum(length, LEAST_DIVISOR))
         trial_error = pose_errors(robot, trial, T_sd[moving], mask)
         trial_cost = (trial_error**2).sum(axis=1)
         better = trial_cost < cost[moving]

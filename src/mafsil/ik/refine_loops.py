@@ -7,7 +7,8 @@ from math import atan2, pi, sqrt
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats
-from mafsil.ik.tolerances import EPS, EXACT_POSE, NO_BETTER, SINGULAR, SMALLEST
+from mafsil.floating_point import EPS, LEAST_DIVISOR
+from mafsil.ik.tolerances import EXACT_POSE, NO_BETTER, SINGULAR
 from mafsil.kernels.loops.kernel_calls import address, call_kernel
 from mafsil.kernels.loops.loop import compiled
 
@@ -55,7 +56,7 @@ def refine(
                 for r in range(6):
                     J[r, i] *= mask[r] if moving[row, i] else 0.0
             least_norm(J, error, V, step)
-            longest = SMALLEST
+            longest = LEAST_DIVISOR
             for i in range(n):
                 longest = max(longest, abs(step[i]))
             for i in range(n):

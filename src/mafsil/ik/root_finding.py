@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, real_array, require_kind, single, whole
 from mafsil.errors import InputError
-from mafsil.ik.tolerances import CENTRAL, EPS, START_DAMPING, SUFFICIENT
+from mafsil.floating_point import EPS
+from mafsil.ik.tolerances import CENTRAL, START_DAMPING, SUFFICIENT
 
 Variant = Literal["newton", "damped", "broyden", "levenberg"]
 VARIANTS: tuple[str, ...] = get_args(Variant)

@@ -7,13 +7,10 @@ decision needs); a double root to the square root of that; descriptions and pose
 
 import numpy as np
 
-from mafsil.algebra.tolerance import EPS as EPS
-from mafsil.algebra.tolerance import SMALLEST_DIVISOR
 from mafsil.arrays import Floats
+from mafsil.floating_point import EPS
 from mafsil.mechanics.closed_form import thresholds
 
-SMALLEST = SMALLEST_DIVISOR
-"""In place of a zero to divide by."""
 INSIDE = thresholds.INSIDE
 """By how much a joint may seem beyond its limit by rounding [rad | m]: where its value is chosen, not measured."""
 ON_LIMIT = thresholds.ON_LIMIT

@@ -10,6 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.collision import Checker
 from mafsil.collision.status import SMALLEST_GAP
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.surroundings import RESTING
@@ -126,7 +127,7 @@ def clearance_remarks(found: Clearances | None, error: float) -> list[Remark]:
     k = found.least
     if found.distance[k] > 0.0:
         # What is left of the clearance counts, not the distance: some moves may come nearer than others.
-        near = np.where(found.wanted > 0.0, found.distance / np.maximum(found.wanted, 1e-300), np.inf)
+        near = np.where(found.wanted > 0.0, found.distance / np.maximum(found.wanted, LEAST_DIVISOR), np.inf)
         k = int(near.argmin()) if near.min() < NEARLY else k
     least, wanted = float(found.distance[k]), float(found.wanted[k])
     details = {

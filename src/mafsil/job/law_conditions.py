@@ -29,6 +29,7 @@ from mafsil.control.laws import (
     SlidingMode,
     TaskComputedTorque,
 )
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.job.contacts import Face, shape_of
 from mafsil.job.law_stability import PLACES, growth_along
 from mafsil.job.remark import Remark
@@ -169,7 +170,7 @@ def _integral(law: JointFeedback, run: Run, driven: Driven) -> Iterator[Conditio
     if true.has_friction:
         friction = true.friction_law
         kd = kd + np.diagonal(friction.gain.T @ (friction.viscous[:, None] * friction.gain))
-    shares = (gains.ki * M / np.maximum(gains.kp * kd, np.finfo(np.float64).tiny)).max(axis=-1)
+    shares = (gains.ki * M / np.maximum(gains.kp * kd, LEAST_DIVISOR)).max(axis=-1)
     k = int(shares.argmax())
     yield Condition("integral", float(shares[k]), 1.0, driven.stretch.start + float(times[k]))
 
@@ -181,7 +182,7 @@ def _sliding(law: SlidingMode, run: Run, driven: Driven) -> Iterator[Condition]:
         found = sliding_certificate(
             law, driven.scenario.true_plant.robot, driven.stretch.trajectory, t - driven.stretch.start, q, qd
         )
-        share = (np.abs(found.needed) / np.maximum(found.bound, np.finfo(np.float64).tiny)).max(axis=-1)
+        share = (np.abs(found.needed) / np.maximum(found.bound, LEAST_DIVISOR)).max(axis=-1)
         yield _worst("bound", share, t)
 
 

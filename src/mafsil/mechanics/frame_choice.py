@@ -19,8 +19,9 @@ from dataclasses import replace
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mechanics.body_tree import Attachment, Body, BodyTree, RigidInertia
-from mafsil.mechanics.tolerances import NEGLIGIBLE_INERTIA, ROUNDED, SKEW, SMALLEST, TYPED
+from mafsil.mechanics.tolerances import NEGLIGIBLE_INERTIA, ROUNDED, SKEW, TYPED
 from mafsil.model import JointKind
 
 
@@ -189,5 +190,5 @@ def _split(kind: JointKind, inertia: RigidInertia) -> tuple[RigidInertia, RigidI
 
 def _without_rounding(inertia: RigidInertia) -> RigidInertia:
     """Entries at rounding level against the body's own largest one are zero."""
-    scale = max(float(np.abs(inertia.I).max()), SMALLEST)
+    scale = max(float(np.abs(inertia.I).max()), LEAST_DIVISOR)
     return replace(inertia, I=np.where(np.abs(inertia.I) < NEGLIGIBLE_INERTIA * scale, 0.0, inertia.I))

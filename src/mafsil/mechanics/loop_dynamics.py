@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from math import inf, nan
 
 import mafsil.expression as ex
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mechanics.body_tree import lump_bodies
 from mafsil.mechanics.branch_factor import BranchFactor, Row
 from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
@@ -25,7 +26,7 @@ from mafsil.mechanics.loop_constraints import loops
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.tolerances import DEPENDENT_ROW, FOLLOWS, LARGEST, SMALLEST, WEAK_ROW
+from mafsil.mechanics.tolerances import DEPENDENT_ROW, FOLLOWS, LARGEST, WEAK_ROW
 from mafsil.model import Mechanism
 
 Column = list[Expression]
@@ -61,7 +62,7 @@ class HeldTree:
             across = [self._between(self._half[k], self._half[i]) for i in self.chosen]
             self._follow[k] = self._solve(across)
             rest = self._between(self._half[k], self._half[k]) - _product(self._follow[k], across)
-            self.doubt = self.doubt + ex.fabs(rest) / (DEPENDENT_ROW * scale + SMALLEST)
+            self.doubt = self.doubt + ex.fabs(rest) / (DEPENDENT_ROW * scale + LEAST_DIVISOR)
 
     def accelerations(self, load: Expression, gamma: Expression) -> tuple[Expression, Column]:
         """qdd (n,), and the forces x of the chosen rows.
@@ -114,9 +115,9 @@ class HeldTree:
         """
         doubt, motion = self.doubt, _entries(qdd)
         asked = {k: [*_products(_entries(self.J[k, :]), motion), gamma[k]] for k in (*self.chosen, *self.others)}
-        size = _total([ex.fabs(part) for k in asked for part in asked[k]]) if self.others else SMALLEST
+        size = _total([ex.fabs(part) for k in asked for part in asked[k]]) if self.others else LEAST_DIVISOR
         for k in self.others:
-            doubt = doubt + ex.fabs(_total(asked[k])) / (FOLLOWS * size + SMALLEST)
+            doubt = doubt + ex.fabs(_total(asked[k])) / (FOLLOWS * size + LEAST_DIVISOR)
         return doubt + self.finite(qdd)
 
     def carrying_forces(self, load: Expression) -> Column:

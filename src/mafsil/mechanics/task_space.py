@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, as_batch
-from mafsil.mechanics.tolerances import SINGULAR_TASK, SMALLEST
+from mafsil.floating_point import LEAST_DIVISOR
+from mafsil.mechanics.tolerances import SINGULAR_TASK
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,7 +100,7 @@ def task_space(M: Floats, c: JointVector, g: JointVector, J: Floats, dJ: Floats,
     Minv_Jt: Floats = np.linalg.solve(M, _transpose(J)).astype(np.float64, copy=False)
     inverse = J @ Minv_Jt
     inverse = (inverse + _transpose(inverse)) / 2
-    size = np.sqrt(np.maximum(np.einsum("...ii->...i", inverse), SMALLEST))
+    size = np.sqrt(np.maximum(np.einsum("...ii->...i", inverse), LEAST_DIVISOR))
     scaled = inverse / (size[..., :, None] * size[..., None, :])
     margin: Floats = np.linalg.eigvalsh(scaled)[..., 0].astype(np.float64, copy=False)
     singular: NDArray[np.bool_] = np.asarray(~(margin >= SINGULAR_TASK))

@@ -4,9 +4,6 @@ A number of a description is a decimal: eleven digits are what careful files hav
 most half a unit of the eleventh. What a few dozen operations compute from numbers of size 1 is off by a few dozen EPS.
 """
 
-EPS = 2.0**-52
-"""Distance of 1 from the next double."""
-
 TYPED = 1e-11
 """Entries of constant rotations, and distances of joint offsets from a quarter turn [rad], that the eleventh digit of a
 description explains: they are exact zeros and quarter turns."""
@@ -34,8 +31,6 @@ NEGLIGIBLE_INERTIA = 1e-15
 """Share of a body's largest moment of inertia, four EPS, that regrouping leaves of a moment that is zero."""
 NEGLIGIBLE_RATE = 1e-8
 """Share of the smoothing rate below which tanh(x)/x is 1 to the last digit: x^2/3 < EPS."""
-SMALLEST = 1e-300
-"""In place of a zero to divide by."""
 WEAK_ROW = 1e-6
 """Square of the share of a row of loops, in kinetic energy, that is left beside the other rows: a factorisation without
 choice of pivots then loses six of sixteen digits, and whoever can choose is asked."""

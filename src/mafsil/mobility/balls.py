@@ -16,6 +16,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import ModelError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose
 from mafsil.mobility.bodies.three_points import triangle
 from mafsil.mobility.linkages.linkage import Linkage, PointPair
@@ -107,7 +108,7 @@ def _spread(body: str, ends: Balls) -> bool:
         return False
     places = np.array([_points(ball, body)[0] for ball in ends])
     lengths = np.linalg.svd(places[1:] - places[0], compute_uv=False)
-    return bool(lengths[-1] > IN_SUPPORT * max(float(lengths[0]), np.finfo(np.float64).tiny))
+    return bool(lengths[-1] > IN_SUPPORT * max(float(lengths[0]), LEAST_DIVISOR))
 
 
 def _points(ball: LinkageJoint, first: str) -> Floats:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import are_lengths, close_loops_near, loop_matrix, units
 from mafsil.solvers.points_on_circles import PointsOnCircles
@@ -166,7 +167,7 @@ class Charts:
         together, u, v, square = self.neighbours(news, others)
         news, others, half = news[together], others[together], square / 2
         touched: set[int] = set()
-        away = half / np.maximum(np.linalg.norm(v, axis=1), np.finfo(np.float64).tiny)
+        away = half / np.maximum(np.linalg.norm(v, axis=1), LEAST_DIVISOR)
         for k in sorted({int(k) for k in news}):
             own = slice(*np.searchsorted(news, (k, k + 1)).tolist())
             before: Cell = self.cells[k]
@@ -260,7 +261,7 @@ def _least_cosine(first: Floats, second: Floats) -> Floats:
     larger = (
         np.sqrt(np.maximum(square + 2 * determinant, 0.0)) + np.sqrt(np.maximum(square - 2 * determinant, 0.0))
     ) / 2
-    return determinant / np.maximum(larger, 1e-300)
+    return determinant / np.maximum(larger, LEAST_DIVISOR)
 
 
 def open_cell(radius: float) -> Cell:
@@ -297,7 +298,7 @@ def cut_by(cell: Cell, directions: Floats, limits: Floats, owners: NDArray[np.in
     """
     if not len(owners):
         return cell
-    away = limits / np.maximum(np.linalg.norm(directions, axis=1), np.finfo(np.float64).tiny)
+    away = limits / np.maximum(np.linalg.norm(directions, axis=1), LEAST_DIVISOR)
     order = np.argsort(away, kind="stable")
     reach = farthest(cell)[0]
     rows = (part[order].tolist() for part in (away, directions, limits, owners))

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, whole
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.mobility.blocks import Block, blocks
 from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous_mobility
@@ -377,6 +378,6 @@ def admitted_motions(forms: Floats, d: int, seed: int = 0) -> Floats:
         across = Qv - residual[:, :, None] * v[:, None, :]
         back = np.asarray(np.linalg.pinv(2 * across, rcond=1e-8), dtype=np.float64)
         v = v - np.einsum("kps,ks->kp", back, residual)
-        v = v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-300)
+        v = v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), LEAST_DIVISOR)
     left = np.abs(np.einsum("kp,spq,kq->ks", v, forms, v)).max(axis=1)
     return v[left < DEFINITE]

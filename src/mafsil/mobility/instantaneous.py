@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.mobility.linkages.linkage import Linkage
@@ -174,7 +175,7 @@ def null_space(A: Floats, share: float = RANK) -> tuple[int, Floats, float, floa
     if not m or not n:
         return 0, np.eye(n), 1.0, 0.0
     s = np.asarray(np.linalg.svd(A, compute_uv=False))
-    largest = max(float(s[0]), 1e-300)
+    largest = max(float(s[0]), LEAST_DIVISOR)
     rank = int((s > share * largest).sum()) if s[0] > 0 else 0
     dropped = float(s[rank] / largest) if rank < len(s) else 0.0
     return rank, null_basis(A, rank), float(s[rank - 1] / largest) if rank else 1.0, dropped

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, not_negative
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.messages.catalogue import keys
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
@@ -287,7 +288,7 @@ def exactness(linkage: Linkage, theta: ArrayLike | None = None) -> tuple[Exactne
 def _of_block(linkage: Linkage, value: Floats) -> list[Exactness]:
     u, equations = value / units(linkage), loop_equations(linkage)
     _, s, Vt = np.linalg.svd(equations(u[None])[1][0])
-    share = s / max(float(s.max(initial=0.0)), np.finfo(np.float64).tiny)
+    share = s / max(float(s.max(initial=0.0)), LEAST_DIVISOR)
     few = [k for k in range(len(s) - 1, -1, -1) if RANK < share[k] <= NEARLY][:MOST]
     return [Exactness(_movers(linkage, Vt[k]), _play(linkage, u, Vt[k])) for k in few]
 

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, positive, whole
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.charts import SMALLEST, Charts, Whole, differences, tangent_planes, wrapped_points
@@ -236,7 +237,7 @@ def singular_near(linkage: Linkage, point: Floats) -> Floats | None:
         J[-1, -1] = 1.0
         missed = np.concatenate([state.gap, state.matrix.T @ u, [0.0]])
         step = np.linalg.lstsq(J, -missed, rcond=DEPENDENT)[0][:F]
-        here = here + step * min(1.0, 0.3 / max(float(np.abs(step).max()), 1e-300))
+        here = here + step * min(1.0, 0.3 / max(float(np.abs(step).max()), LEAST_DIVISOR))
     return None
 
 
@@ -310,7 +311,7 @@ def _between(linkage: Linkage, ends: tuple[Floats, Floats], values: tuple[Floats
     scale, (low, high), (above, below) = units(linkage), ends, values
     here, stayed = low, np.zeros(len(low))
     for _ in range(MOST_TRIES):
-        share = np.clip(above / np.maximum(above - below, np.finfo(np.float64).tiny), 0.01, 0.99)  # 1
+        share = np.clip(above / np.maximum(above - below, LEAST_DIVISOR), 0.01, 0.99)  # 1
         before, here = here, close_loops_near(linkage, (low + share[:, None] * (high - low)) * scale).theta / scale
         value = _sign(linkage, here, *frame)
         after = value < 0  # 2

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, whole
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.mobility.finite import all_are_real, require_motions
@@ -319,7 +320,7 @@ def _lies_on(linkage: Linkage, theta: Floats, curve: Trace, step: float) -> bool
 
     here, path = places(theta), places(curve.theta)
     chord = np.diff(path, axis=0)
-    size = np.maximum(np.sum(chord**2, axis=1), 1e-300)
+    size = np.maximum(np.sum(chord**2, axis=1), LEAST_DIVISOR)
     along = np.clip(np.sum((here - path[:-1]) * chord, axis=1) / size, 0.0, 1.0)
     apart = np.linalg.norm(here - path[:-1] - along[:, None] * chord, axis=1)
     return bool((apart < ON_CURVE * step**2 * np.sqrt(len(linkage.bodies))).any())

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, as_batch, frozen
 from mafsil.errors import InputError, ModelError
+from mafsil.floating_point import EPS
 from mafsil.lazy_module import lazily
 from mafsil.model.tolerances import PRINTED_ROTATION
 
@@ -20,7 +21,7 @@ else:
     membership = lazily("mafsil.geometry.membership")
 
 _QUARTER = pi / 2
-_ROUNDING = 4 * 2.0**-52
+_ROUNDING = 4 * EPS
 
 
 def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:

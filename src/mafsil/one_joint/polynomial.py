@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
+from mafsil.floating_point import EPS
 from mafsil.one_joint.arguments import row
 
 Complexes = NDArray[np.complex128]
@@ -17,7 +18,7 @@ NEAR, NEAREST = 10.0, 1e-8
 """Distances, as shares of the largest root, within which roots may be one: rounding parts n equal ones by some
 eps^(1/n), two of them by half of the digits."""
 
-ROUNDED = 16 * np.finfo(np.float64).eps
+ROUNDED = 16 * EPS
 """Share of the terms of a coefficient by which it may have been rounded."""
 
 
@@ -83,7 +84,7 @@ def _join(a: Floats, s: Complexes) -> Complexes:
 
 def _nearness(n: int) -> list[float]:
     """Shares of the largest root within which roots of order n are grouped, the widest first."""
-    widest = NEAR * np.finfo(np.float64).eps ** (1.0 / n)
+    widest = NEAR * EPS ** (1.0 / n)
     return [float(widest / 10.0**k) for k in range(int(np.log10(widest / NEAREST)) + 1)]
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages.tables import number, table
 from mafsil.one_joint.arguments import finite, magnitude, row
 from mafsil.one_joint.polynomial import Complexes, coefficients_of, roots
@@ -148,7 +149,9 @@ def _meetings(D: Floats, N: Floats) -> tuple[Floats, Complexes]:
         K: Complexes = np.asarray(-above / below, dtype=np.complex128)
         size = np.where(shared, np.polyval(np.abs(np.polyder(D)), np.abs(s)), np.polyval(np.abs(D), np.abs(s)))
         scale = size / np.abs(below)
-    kept = (np.abs(K.imag) <= REAL * np.maximum(np.abs(K), 1e-300)) & (K.real >= -1e-12 * scale) & (s.imag >= 0.0)
+    kept = (
+        (np.abs(K.imag) <= REAL * np.maximum(np.abs(K), LEAST_DIVISOR)) & (K.real >= -1e-12 * scale) & (s.imag >= 0.0)
+    )
     order = np.argsort(K.real[kept])
     return np.maximum(K.real[kept][order], 0.0), s[kept][order]
 
@@ -174,6 +177,6 @@ def _crossings(D: Floats, N: Floats) -> tuple[Floats, Floats]:
     there = (np.abs(N_w) > 0.0) & ~(_vanishes(D, on_axis) & _vanishes(N, on_axis))
     K: Complexes = np.asarray(-(D_w[there] / N_w[there]), dtype=np.complex128)
     size = np.asarray(np.polyval(np.abs(D), frequencies[there]) / np.abs(N_w[there]), dtype=np.float64)
-    kept = (np.abs(K.imag) <= REAL * np.maximum(size, 1e-300)) & (K.real >= -1e-12 * size)
+    kept = (np.abs(K.imag) <= REAL * np.maximum(size, LEAST_DIVISOR)) & (K.real >= -1e-12 * size)
     order = np.argsort(K.real[kept])
     return np.maximum(K.real[kept][order], 0.0), frequencies[there][kept][order]

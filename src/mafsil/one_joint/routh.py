@@ -10,10 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
 from mafsil.arrays import Floats
+from mafsil.floating_point import EPS
 from mafsil.one_joint.polynomial import coefficients_of, roots
 from mafsil.one_joint.row_answer import RowAnswer
 
-ROUNDING = 64 * np.finfo(np.float64).eps
+ROUNDING = 64 * EPS
 """Share of its terms below which an element of Routh's array counts as zero."""
 
 ON_AXIS = 1e-7

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, share, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
@@ -165,7 +166,7 @@ class SecondOrder:
         w, zeta, e, v = self._with(e0, v0)
         side = np.where(e < 0.0, -1.0, 1.0)
         first = _first_extremum(w, zeta, e, v)
-        half = np.pi / np.maximum(w * np.sqrt(np.maximum(1.0 - zeta * zeta, 0.0)), np.finfo(np.float64).tiny)
+        half = np.pi / np.maximum(w * np.sqrt(np.maximum(1.0 - zeta * zeta, 0.0)), LEAST_DIVISOR)
         largest = np.zeros_like(e)
         for when in (first, first + half):
             there = np.isfinite(when) & (when < 1e300)
@@ -277,6 +278,6 @@ def _last_stretch(w: Floats, zeta: Floats, e0: Floats, v0: Floats, limit: Floats
     # 2. The end of the stretch: the next extremum, or, without one, so many slow time constants that all is gone.
     slow = _slow_rate(w, zeta)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        gone = begin + (60.0 + np.log1p((np.abs(v0) / w + np.abs(e0)) / limit)) / np.maximum(slow, 1e-300)
+        gone = begin + (60.0 + np.log1p((np.abs(v0) / w + np.abs(e0)) / limit)) / np.maximum(slow, LEAST_DIVISOR)
     end = np.where(oscillates, np.where(passed, begin + half, first), gone)
     return begin, np.minimum(np.where(np.isfinite(end), end, gone), gone)

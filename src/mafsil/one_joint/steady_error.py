@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_function, single
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
@@ -135,7 +136,7 @@ def steady_state_of_joints(kp: ArrayLike, gravity: Callable[[Floats], ArrayLike]
         e = e - np.linalg.solve(K + slope, F)
     g = load(desired - e)
     residual = np.abs(K @ e - g).max()
-    found = residual <= 1e-9 * max(float(np.abs(g).max()), 1e-300)
+    found = residual <= 1e-9 * max(float(np.abs(g).max()), LEAST_DIVISOR)
     return RestError(np.array(3 if found else 2, dtype=np.int8), e, K @ e, np.asarray(residual))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers, JointVector
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages.visible import visible
 from mafsil.parallel.tolerances import RANK
 
@@ -219,7 +220,7 @@ class ActuatorEfforts(Answer, data="tau force missing broken"):
         """The worst of the rows."""
         if np.any(self.broken > ATTAINED * (1.0 + self.needed)):
             return EffortStatus.BROKEN
-        if np.any(self.missing > ATTAINED * np.maximum(self.needed, 1e-300)):
+        if np.any(self.missing > ATTAINED * np.maximum(self.needed, LEAST_DIVISOR)):
             return EffortStatus.IMPOSSIBLE
         return EffortStatus.SEVERAL if np.any(self.redundancy > 0) else EffortStatus.UNIQUE
 

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix, positive, single, whole
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import Pose, pose
 from mafsil.ik import inverse_kinematics
 from mafsil.messages.quantities import quantity
@@ -220,7 +221,7 @@ def _solve(chain: ClosedChain, T: PoseMatrix, q: JointVector, task: Task, weight
         step: Floats = -np.asarray(np.linalg.solve(normal, slope), dtype=np.float64)[..., 0]
         # 2.
         longest = np.abs(step).max(axis=1, initial=0.0)
-        step *= np.minimum(1.0, LONGEST / np.maximum(longest, 1e-300))[:, None]
+        step *= np.minimum(1.0, LONGEST / np.maximum(longest, LEAST_DIVISOR))[:, None]
         tried = q[going] + step * unit
         # 3.
         new_r, new_J = _equations(chain, T, tried, task, weight)

@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, Integers
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.lazy_module import lazily
 from mafsil.parallel.tolerances import RANK
 from mafsil.robot import Robot
@@ -220,21 +221,21 @@ def accelerations_without_mass(
     """
     # 1.
     U, s, Vt = np.linalg.svd(J)
-    rank = int((s > RANK * max(float(s.max(initial=0.0)), np.finfo(np.float64).tiny)).sum())
+    rank = int((s > RANK * max(float(s.max(initial=0.0)), LEAST_DIVISOR)).sum())
     N = Vt[rank:].T
     across = Vt[:rank].T @ ((U[:, :rank].T @ -gamma) / s[:rank])
     # 2.
     given = tau - h - M @ across
     mass, directions = np.linalg.eigh(N.T @ M @ N)
     force = directions.T @ (N.T @ given)
-    heavy = mass > RANK * max(float(np.abs(np.diag(M)).max(initial=0.0)), np.finfo(np.float64).tiny)
+    heavy = mass > RANK * max(float(np.abs(np.diag(M)).max(initial=0.0)), LEAST_DIVISOR)
     along = np.where(heavy, force / np.where(heavy, mass, 1.0), directions.T @ (N.T @ prefer))
     size = float(np.abs(tau).max(initial=0.0) + np.abs(h).max(initial=0.0) + np.abs(M @ across).max(initial=0.0))
     # 3.
     pushed = ~heavy & (np.abs(force) > RANK * size)
     qdd = across + N @ (directions @ np.where(pushed, 0.0, along))
     away = N @ (directions @ np.where(pushed, force, 0.0))
-    infinite = np.abs(away) > RANK * max(float(np.abs(away).max(initial=0.0)), np.finfo(np.float64).tiny)
+    infinite = np.abs(away) > RANK * max(float(np.abs(away).max(initial=0.0)), LEAST_DIVISOR)
     # 4.
     held = U[:, :rank] @ ((Vt[:rank] @ (M @ qdd + h - tau)) / s[:rank])
     return np.where(infinite, np.copysign(np.inf, away), qdd), held, rank if heavy.all() else -1

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats, Integers, JointVector
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.model import JointKind
 from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_answers import ClosedConfigurations
@@ -28,7 +29,6 @@ CLOSED = 1e-13
 TYPED = 1e-9
 """Gap likewise, which rows that depend on others may leave: numbers of a file contradict each other in their last
 digits, and nothing can close what they leave."""
-TINY = 1e-300
 LONGEST_STEP = 0.3
 """Of one coordinate in a Newton step [rad | sizes]."""
 AT_ONCE = 8
@@ -105,7 +105,7 @@ def _search(chain: LoopConditions, rows: Floats, free: Integers, most: int) -> t
             if not len(open_):
                 break
         longest = np.abs(move / chain.unit[free]).max(axis=1, initial=0.0)
-        rows[open_[:, None], free] += move * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, TINY))[:, None]
+        rows[open_[:, None], free] += move * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, LEAST_DIVISOR))[:, None]
         steps[open_] += 1
         found = chain.terms(rows[open_])
     return best, error, steps, left

@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Integers, real_array
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.parallel.closure import DrivenRates, driven_rates, kernel, numerical_rank, second_form
 from mafsil.parallel.tolerances import DEFINITE, FEASIBLE, OPEN, RANK
 
@@ -84,7 +85,7 @@ class LoopSingularities(
     def signature(self) -> tuple[int, int, int]:
         """Numbers of positive, negative and zero eigenvalues of the form."""
         values = np.linalg.eigvalsh(self.form) if self.form.size else np.zeros(0)
-        limit = DEFINITE * max(float(np.abs(values).max(initial=0.0)), 1e-300)
+        limit = DEFINITE * max(float(np.abs(values).max(initial=0.0)), LEAST_DIVISOR)
         return int((values > limit).sum()), int((values < -limit).sum()), int((np.abs(values) <= limit).sum())
 
     def explain(self, language: str | None = None) -> str:
@@ -167,7 +168,7 @@ def require_closed(gap: Floats, size: float = 1.0) -> None:
 
 def _crossing(forms: list[Floats], tangents: int) -> LoopSingularity:
     values = np.linalg.eigvalsh(forms[0])
-    limit = DEFINITE * max(float(np.abs(values).max(initial=0.0)), 1e-300)
+    limit = DEFINITE * max(float(np.abs(values).max(initial=0.0)), LEAST_DIVISOR)
     plus, minus = bool((values > limit).any()), bool((values < -limit).any())
     if len(values) and bool((np.abs(values) > limit).all()) and plus != minus:
         return LoopSingularity.ISOLATED
@@ -248,7 +249,7 @@ def _block(task: Floats, motions: Floats, mobility: int) -> Floats:
     J = task @ motions
     left, s, _ = np.linalg.svd(J)
     possible = min(task.shape[0], mobility)
-    rank = int((s > RANK * max(float(np.linalg.norm(task, 2)), 1e-300)).sum())
+    rank = int((s > RANK * max(float(np.linalg.norm(task, 2)), LEAST_DIVISOR)).sum())
     return left[:, rank:possible] if rank < possible else np.zeros((task.shape[0], 0))
 
 

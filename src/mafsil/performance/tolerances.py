@@ -3,10 +3,6 @@
 A Jacobian of an arm of size one is known to some ten EPS, its singular values likewise; the description leaves more.
 """
 
-from mafsil.algebra.tolerance import SMALLEST_DIVISOR
-
-SMALLEST = SMALLEST_DIVISOR
-"""In place of a zero to divide by."""
 ROUNDOFF = 1e-12
 """Numbers of size one that are zero: 4500 EPS, some hundred operations with a condition of ten."""
 COMPUTED = 1e-11

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, as_batch, positive, real_array, single, whole
 from mafsil.collision import Checker
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.planning.polygons import PolygonWorld, distances_to_segments
 from mafsil.planning.problem import Problem, require_few_cells
 
@@ -159,7 +160,9 @@ def _segments_apart(a: Floats, b: Floats, corners: Floats) -> Floats:
     c, d = corners, np.roll(corners, -1, axis=0)
     ends = np.minimum(distances_to_segments(a, c, d).min(axis=1), distances_to_segments(b, c, d).min(axis=1))
     way = b - a
-    share = ((c[None] - a[:, None]) * way[:, None]).sum(axis=2) / np.maximum((way**2).sum(axis=1), 1e-300)[:, None]
+    share = ((c[None] - a[:, None]) * way[:, None]).sum(axis=2) / np.maximum((way**2).sum(axis=1), LEAST_DIVISOR)[
+        :, None
+    ]
     foot = a[:, None] + np.clip(share, 0.0, 1.0)[..., None] * way[:, None]
     best = np.minimum(ends, np.linalg.norm(foot - c[None], axis=2).min(axis=1))
     edge = (d - c)[None]

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, JointVector, as_batch, whole
 from mafsil.collision import ContactPair, MultiArmCell
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.planning.arm_plan import ArmPlan
@@ -301,7 +302,9 @@ def _with_corners(pieces: list[_Pieces], way: Floats) -> Floats:
 def _corners(pieces: _Pieces) -> NDArray[np.intp]:
     """Numbers of pieces at which the direction of a path changes."""
     steps = np.diff(pieces.points, axis=0)
-    turned = np.abs(np.diff(steps / np.maximum(pieces.seconds, 1e-300)[:, None], axis=0)).max(axis=1, initial=0.0)
+    turned = np.abs(np.diff(steps / np.maximum(pieces.seconds, LEAST_DIVISOR)[:, None], axis=0)).max(
+        axis=1, initial=0.0
+    )
     return np.flatnonzero(turned > 1e-9) + 1
 
 

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.model.limits import snap_to_bounds
 from mafsil.planning.outcome import Plan, PlanningStatus
@@ -142,7 +143,7 @@ class _Descent:
     def __init__(self, around: Field, start: Floats, step: float) -> None:
         self.field, self.start, self.longest, self.looks = around, start, step, 0
         self._known: dict[bytes, tuple[float, Floats, float]] = {}
-        self.size = max(around.kp * float(np.linalg.norm(around.goal - start)), 1e-300)
+        self.size = max(around.kp * float(np.linalg.norm(around.goal - start)), LEAST_DIVISOR)
 
     @property
     def spent(self) -> bool:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Kinematics, state_along
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.kernels.loops.kernel_calls import call_kernel
 from mafsil.kernels.loops.loop import compiled
 
@@ -192,7 +193,7 @@ def _solve(A: Floats, size: int) -> None:
             total = A[i, j]
             for k in range(j):
                 total -= A[i, k] * A[j, k]
-            A[i, j] = np.sqrt(max(total, 1e-300)) if i == j else total / A[j, j]
+            A[i, j] = np.sqrt(max(total, LEAST_DIVISOR)) if i == j else total / A[j, j]
     for i in range(size):
         total = A[i, size]
         for k in range(i):

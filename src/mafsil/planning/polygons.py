@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, as_batch, single
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, vector
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.search import shortest_way
 
@@ -124,14 +125,14 @@ class PolygonWorld:
         way, (corners, ends, _, longest) = b - a, self._edges
         edges = ends - corners
         across = way[0] * edges[:, 1] - way[1] * edges[:, 0]
-        meets = np.abs(across) > 1e-14 * longest * max(np.abs(way).max(), 1e-300)
+        meets = np.abs(across) > 1e-14 * longest * max(np.abs(way).max(), LEAST_DIVISOR)
         from_a = corners - a
         divisor = np.where(meets, across, 1.0)
         s = (from_a[:, 0] * edges[:, 1] - from_a[:, 1] * edges[:, 0]) / divisor
         t = (from_a[:, 0] * way[1] - from_a[:, 1] * way[0]) / divisor
         cuts = s[meets & (s > 0.0) & (s < 1.0) & (t >= -1e-12) & (t <= 1.0 + 1e-12)]
         # Corners that lie on the segment, where it runs along an edge.
-        along = (from_a @ way) / max(float(way @ way), 1e-300)
+        along = (from_a @ way) / max(float(way @ way), LEAST_DIVISOR)
         near = np.linalg.norm(from_a - along[:, None] * way, axis=1) <= self.slack
         cuts = np.concatenate([[0.0, 1.0], cuts, along[near & (along > 0.0) & (along < 1.0)]])
         # 2.
@@ -189,7 +190,7 @@ def signed_area(corners: Floats) -> float:
 def nearest_on_segments(p: Floats, a: Floats, b: Floats) -> Floats:
     """(k, m, 2) the point of each segment (m) nearest to each point (k)."""
     way = b - a
-    share = ((p[:, None] - a[None]) * way[None]).sum(axis=2) / np.maximum((way**2).sum(axis=1), 1e-300)
+    share = ((p[:, None] - a[None]) * way[None]).sum(axis=2) / np.maximum((way**2).sum(axis=1), LEAST_DIVISOR)
     return a[None] + np.clip(share, 0.0, 1.0)[..., None] * way[None]
 
 

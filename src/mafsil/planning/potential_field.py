@@ -23,6 +23,7 @@ from mafsil.arrays import (
 from mafsil.collision import Checker
 from mafsil.collision.each_distance import each_distance
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.planning.field_descent import FieldPath, down_the_field
 from mafsil.planning.outcome import PlanningStatus
 
@@ -58,7 +59,7 @@ def disc_distance(centre: ArrayLike, radius: float) -> Distance:
     def distance(points: Floats) -> tuple[Floats, Floats]:
         way = points - middle
         size = np.linalg.norm(way, axis=-1)
-        nearest = middle + way * (r / np.maximum(size, 1e-300))[..., None]
+        nearest = middle + way * (r / np.maximum(size, LEAST_DIVISOR))[..., None]
         return np.maximum(size - r, 0.0), nearest
 
     return distance

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
 from mafsil.collision.workshop_loops import Workshop
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.kernels.loops.held import Held
 from mafsil.kernels.loops.loop import compiled
 from mafsil.planning.arm_search_loops import apart, draw, looks_free, proves_free
@@ -160,12 +161,12 @@ def grow_roadmap(
                 off = _normal(roadmap.random) if upper[c] > lower[c] else 0.0
                 q[c] = best[k, c] + share * (best[k + 1, c] - best[k, c]) + spread * off
         elif informed:
-            scale = draw(roadmap.random) ** (1.0 / max(moving, 1)) / np.sqrt(max(norm, 1e-300))
+            scale = draw(roadmap.random) ** (1.0 / max(moving, 1)) / np.sqrt(max(norm, LEAST_DIVISOR))
             for c in range(n):
                 x[c] *= scale
-                along += x[c] * (goal[c] - start[c]) / max(apart_by, 1e-300)
+                along += x[c] * (goal[c] - start[c]) / max(apart_by, LEAST_DIVISOR)
             for c in range(n):
-                axis = (goal[c] - start[c]) / max(apart_by, 1e-300)
+                axis = (goal[c] - start[c]) / max(apart_by, LEAST_DIVISOR)
                 q[c] = 0.5 * (start[c] + goal[c]) + across * x[c] + (length / 2.0 - across) * along * axis
         inside = len(best) == 0 or apart(start, q) + apart(q, goal) < length  # 2
         for c in range(n):

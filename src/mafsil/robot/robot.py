@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.lazy_module import extension, lazily
 from mafsil.mechanics.friction import SMOOTHING, friction_columns
 from mafsil.mechanics.inertial_parameters import (
@@ -24,7 +25,7 @@ from mafsil.mechanics.inertial_parameters import (
 )
 from mafsil.mechanics.mass_matrix_singularity import mass_matrix_singularity
 from mafsil.mechanics.task_space import TaskSpace, task_space
-from mafsil.mechanics.tolerances import SINGULAR, SMALLEST
+from mafsil.mechanics.tolerances import SINGULAR
 from mafsil.robot.compiled_robot import CompiledRobot
 from mafsil.robot.degrees import takes_degrees
 
@@ -186,7 +187,7 @@ def task_space_of(
 def _require_regular(M: Floats, robot: CompiledRobot) -> None:
     """Refuses the first state (of a batch) whose mass matrix has no inverse, with the motion that moves no inertia."""
     flat = M.reshape(-1, robot.n, robot.n)
-    size = np.sqrt(np.maximum(np.einsum("bii->bi", flat), SMALLEST))
+    size = np.sqrt(np.maximum(np.einsum("bii->bi", flat), LEAST_DIVISOR))
     margins = np.linalg.eigvalsh(flat / (size[:, :, None] * size[:, None, :]))[:, 0] if len(flat) else np.ones(0)
     for k in np.flatnonzero(~(margins >= SINGULAR)):
         mass_matrix_singularity(flat[k], robot.joint_names).require_regular()

@@ -13,6 +13,7 @@ from mafsil.control.contact import tip_wrench_of
 from mafsil.control.contact.tip_sensor import pushed_by
 from mafsil.control.laws import LawMemory
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import rotation
 from mafsil.kernels.lazy import lazy
 from mafsil.simulation.clock import RealTime
@@ -24,7 +25,6 @@ from mafsil.simulation.point_contact import NoContactForce
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
-from mafsil.simulation.tolerances import SMALLEST
 from mafsil.trajectory import Motion
 from mafsil.version import __version__
 
@@ -229,7 +229,7 @@ class Run:
         every = max(1, q[..., 0].size // MOST_LOOKED_AT)
         J = task.jacobian(self.scenario.robot, q[::every])
         sizes = np.linalg.svd(J, compute_uv=False)
-        ratio = (sizes[..., -1] / np.maximum(sizes[..., 0], SMALLEST)).reshape(len(J), -1).min(axis=1)
+        ratio = (sizes[..., -1] / np.maximum(sizes[..., 0], LEAST_DIVISOR)).reshape(len(J), -1).min(axis=1)
         worst = int(ratio.argmin())
         if ratio[worst] >= NEAR_SINGULAR:
             return {}

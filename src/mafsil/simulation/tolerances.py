@@ -1,9 +1,5 @@
 """Thresholds of simulation, each with its reason: time is counted in steps, and a step is a decimal."""
 
-from mafsil.algebra.tolerance import SMALLEST_DIVISOR
-
-SMALLEST = SMALLEST_DIVISOR
-"""In place of a zero to divide by."""
 PART_OF_STEP = 1e-9
 """Share of a step that is the rounding of a time: a million steps (1e6 EPS) of a decimal, and ten times that."""
 PERIOD = 1e-9

@@ -11,6 +11,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
+from mafsil.floating_point import EPS
 from mafsil.solvers.embedded import EmbeddedPair
 from mafsil.solvers.integrate import Field
 from mafsil.solvers.outcome import Outcome
@@ -42,7 +43,7 @@ MEMORY = 0.3
 RESETS = 10_000
 """Resets after which an integration counts as chattering."""
 IN_A_ROW = 20
-EDGE = 32 * 2.0**-52
+EDGE = 32 * EPS
 """Share of its time by which a break is approached: the value before it counts up to there."""
 
 

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, Integers
-
-TINY = 1e-300
+from mafsil.floating_point import LEAST_DIVISOR
 
 
 def svd(A: Floats) -> tuple[Floats, Floats, Floats]:
@@ -56,7 +55,7 @@ def damped_inverse(A: NDArray[Any], damping: float | Floats) -> NDArray[Any]:
     gram: NDArray[Any] = clean @ turned if m <= n else turned @ clean
     a = np.real(np.einsum("...ij,...ji->...", clean, turned))[..., None, None] / max(m, 1)
     inverse: Any = np.linalg.inv
-    inner: NDArray[Any] = inverse(gram + np.eye(min(m, n)) * (damping * a + TINY))
+    inner: NDArray[Any] = inverse(gram + np.eye(min(m, n)) * (damping * a + LEAST_DIVISOR))
     return _spoil(turned @ inner if m <= n else inner @ turned, spoilt, 2)
 
 
@@ -65,7 +64,7 @@ def ranks(A: Floats, share: float) -> Integers:
     if not A.size:
         return np.zeros(A.shape[:-2], dtype=np.int64)
     s = np.linalg.svd(A, compute_uv=False)
-    return np.asarray((s > share * np.maximum(s[..., :1], TINY)).sum(axis=-1), dtype=np.int64)
+    return np.asarray((s > share * np.maximum(s[..., :1], LEAST_DIVISOR)).sum(axis=-1), dtype=np.int64)
 
 
 def null_basis(A: Floats, rank: int) -> Floats:

@@ -25,9 +25,10 @@ from typing import NamedTuple
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.kernels.loops.loop import compiled
 from mafsil.solvers.disc_loops import dot
-from mafsil.solvers.tolerances import SMALLEST, STILL, TINY, WALL
+from mafsil.solvers.tolerances import STILL, TINY, WALL
 
 PROVEN, LOWER, SPENT = 0, 1, 2
 """How `prove_cover` ended: every direction proven; a direction found that reaches less far; too many cones."""
@@ -137,7 +138,7 @@ def game(A: Floats, count: int, shift: float, t: Floats, weights: Floats, T: Flo
             weights[int(t[j]) - m] = max(0.0, T[count, j])
             total += max(0.0, T[count, j])
     for p in range(count):
-        weights[p] /= max(total, SMALLEST)
+        weights[p] /= max(total, LEAST_DIVISOR)
     t[:] = 0.0
     for p in range(count):
         if side[p] < m:
@@ -146,7 +147,7 @@ def game(A: Floats, count: int, shift: float, t: Floats, weights: Floats, T: Flo
     for j in range(m):
         total += t[j]
     for j in range(m):
-        t[j] /= max(total, SMALLEST)
+        t[j] /= max(total, LEAST_DIVISOR)
 
 
 @compiled
@@ -422,7 +423,7 @@ def cone_about(u: Floats, width: float, V: Floats) -> None:
         V[j, j] += width
         along = dot(x, V[j])
         for c in range(m):
-            V[j, c] += u[c] - 2.0 * along * x[c] / max(square, SMALLEST)
+            V[j, c] += u[c] - 2.0 * along * x[c] / max(square, LEAST_DIVISOR)
         size = np.sqrt(dot(V[j], V[j]))
         for c in range(m):
             V[j, c] /= size

@@ -25,9 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.kernels.loops.loop import compiled, reordered
 from mafsil.solvers.disc_loops import Dimension, dot, support
-from mafsil.solvers.tolerances import FLATNESS, JOGGLE, SMALLEST, TURNED, VISIBLE
+from mafsil.solvers.tolerances import FLATNESS, JOGGLE, TURNED, VISIBLE
 
 STEADY = 10.0
 """Heights over a facet, in units of what is barely visible, from which the next facet's direction is sure."""
@@ -60,7 +61,7 @@ def null_vector(dimension: Dimension, A: Floats, n: Floats) -> None:
                 if abs(A[i, j]) > big:
                     pr, pc, big = i, j, abs(A[i, j])
         if not big > 0.0:
-            A[r, r] = SMALLEST
+            A[r, r] = LEAST_DIVISOR
         for j in range(m):
             A[r, j], A[pr, j] = A[pr, j], A[r, j]
         for i in range(rows):
@@ -150,7 +151,7 @@ def away(u: Floats, basis: Floats, count: int) -> float:
                 u[c] -= s * basis[i, c]
     length = np.sqrt(dot(u, u))
     for c in range(len(u)):
-        u[c] /= max(length, SMALLEST)
+        u[c] /= max(length, LEAST_DIVISOR)
     return length
 
 

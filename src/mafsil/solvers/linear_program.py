@@ -9,6 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import MafsilError
+from mafsil.floating_point import LEAST_DIVISOR
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +101,7 @@ def nonnegative_solution(A: Floats, b: Floats, c: Floats | None = None, toleranc
     slack = np.hstack([A, np.eye(m), -np.eye(m)])
     nearest = minimise(np.concatenate([np.zeros(n), np.ones(2 * m)]), slack, b)
     assert nearest is not None, "slack variables reach every right side"
-    scale = max(float(np.abs(b).max(initial=0.0)), float(np.finfo(float).tiny))
+    scale = max(float(np.abs(b).max(initial=0.0)), LEAST_DIVISOR)
     if nearest.value > tolerance * scale:
         return NonnegativeAnswer(None, -nearest.equality, np.inf, np.zeros(m), nearest.value)
     costs: Floats = np.ones(n) if c is None else c

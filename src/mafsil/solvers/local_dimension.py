@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil.floating_point import EPS
 from mafsil.solvers.null_ways import (
     AIMED,
     CLEAR,
@@ -45,7 +46,7 @@ those that are farthest apart."""
 ALIKE, ALIKE_IF_SLID = 0.02, 0.3
 """Unit tangents nearer than this belong to one branch: the first step bends less. Where ways slid into a set that is
 not reduced, that is as near as they come to it."""
-SPLIT = 1e3 * float(np.finfo(np.float64).eps)
+SPLIT = 1e3 * EPS
 """A solution of multiplicity m is found to the m-th root of this."""
 
 

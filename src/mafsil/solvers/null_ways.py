@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.solvers.decompositions import damped_inverse, svd
 
 Numbers = NDArray[Any]
@@ -239,7 +240,7 @@ def _svd_inverse(J: Numbers, damping: Floats) -> Numbers:
     """(k, n, m) damped inverse by singular values, which keeps slopes that normal equations lose."""
     U, s, Vh = svd(J)
     square = s**2 + damping[:, 0] * np.maximum(s[:, :1] ** 2, ROUNDING)
-    weights = s / np.maximum(square, np.finfo(np.float64).tiny)
+    weights = s / np.maximum(square, LEAST_DIVISOR)
     return np.conj(np.swapaxes(Vh, 1, 2)) @ (weights[:, :, None] * np.conj(np.swapaxes(U, 1, 2)))
 
 
@@ -250,4 +251,4 @@ def _within(J: Numbers, planes: Numbers) -> Numbers:
 
 def unit(x: Numbers) -> Numbers:
     """Vectors (*batch, n) over their lengths; zero stays zero."""
-    return x / np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), np.finfo(np.float64).tiny)
+    return x / np.maximum(np.linalg.norm(x, axis=-1, keepdims=True), LEAST_DIVISOR)

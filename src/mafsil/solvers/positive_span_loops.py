@@ -24,10 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.kernels.loops.loop import compiled, reordered
 from mafsil.solvers.disc_loops import Dimension, dot, reach
 from mafsil.solvers.nearest_point_loops import lies_apart
-from mafsil.solvers.tolerances import ENTERING, FULL_RANK, NEGLIGIBLE, PIVOT, SMALLEST
+from mafsil.solvers.tolerances import ENTERING, FULL_RANK, NEGLIGIBLE, PIVOT
 
 ROUNDS = 24
 """Times that round cones are asked for more columns."""
@@ -280,7 +281,7 @@ def read_prices(value: float, doubt: float, y: Floats, T: Tableau) -> int:
     for i in range(len(y)):
         y[i] = -T.price[i] * T.rows[i]
         square += y[i] * y[i]
-    factor = 1.0 / max(np.sqrt(square), SMALLEST)
+    factor = 1.0 / max(np.sqrt(square), LEAST_DIVISOR)
     for i in range(len(y)):
         y[i] *= factor
     return OPEN if value >= 100.0 * doubt else DOUBTFUL

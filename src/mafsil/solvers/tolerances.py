@@ -4,9 +4,6 @@ EPS is the spacing of numbers at 1. A sum of n products is known to n EPS of its
 square root of what its equation is known to, and a method of order p stops where its error is below both.
 """
 
-EPS = 2.0**-52
-SMALLEST = 1e-300
-"""In place of a zero to divide by: 1e8 times the least normal number, so that its quotients do not overflow at once."""
 FEW_ROUNDINGS = 1e-15
 """4.5 EPS: steps, weights, gaps and tolerances below it are lost in the number they belong to."""
 

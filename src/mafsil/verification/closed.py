@@ -25,6 +25,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Integers
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mechanics.arm_size import ArmSize
 from mafsil.mechanics.quantity import States, random_states
 from mafsil.mechanics.textbook import Numbers, Textbook, adjoint, along, gradient, inverse, skew
@@ -33,7 +34,6 @@ from mafsil.parallel import ClosedChain
 from mafsil.parallel.tolerances import RANK
 from mafsil.robot import Robot
 from mafsil.verification.composed import LeftOut
-from mafsil.verification.tolerances import SMALLEST
 from mafsil.verification.verification import Check
 
 HINGED = (JointKind.REVOLUTE, JointKind.CYLINDRICAL, JointKind.PLANAR, JointKind.HELICAL)
@@ -93,7 +93,7 @@ def closed_states(chain: ClosedChain, loops: LoopBook, size: ArmSize, count: int
     rank = int(np.bincount(ranks).argmax())
     kept = np.flatnonzero(ranks == rank)[:count]
     N = np.swapaxes(Vt[kept, rank:], 1, 2)
-    margin = s[kept, rank - 1] / np.maximum(s[kept, 0], SMALLEST) if rank else np.ones(len(kept))
+    margin = s[kept, rank - 1] / np.maximum(s[kept, 0], LEAST_DIVISOR) if rank else np.ones(len(kept))
     rows, q, G = good[kept], q[kept], G[kept]
     qd = _along(N, drawn.qd[rows] / size.unit) * size.unit
     c = loops.curvature(q, qd)
@@ -143,7 +143,7 @@ class ClosedJudge:
         # Where digits of the description contradict each other, loops close as far as these let them.
         bound = np.maximum(self.closed.tolerance, self.limit * self.loops.size)
         open_by = np.maximum(_most(self.loops.gap(q)) * self.loops.size, self.chain.error(q))
-        fast = np.abs(qd / unit).max(axis=1) + SMALLEST
+        fast = np.abs(qd / unit).max(axis=1) + LEAST_DIVISOR
         scale = largest * (fast + fast**2 + np.abs(qdd / unit).max(axis=1))
         left, slow = self._left(terms.J * unit), terms.J @ qdd[..., None]
         rates = self.chain.rates(q, qd, hold=self.chain.actuated)
@@ -163,7 +163,7 @@ class ClosedJudge:
         s, Vt = np.linalg.svd(J)[1:]
         rank = J.shape[2] - self.closed.N.shape[2]
         same = (s > RANK * s[:, :1]).sum(axis=1) == rank
-        along = np.abs(J @ self.closed.N).max(axis=(1, 2), initial=0.0) / np.maximum(s[:, 0], SMALLEST)
+        along = np.abs(J @ self.closed.N).max(axis=(1, 2), initial=0.0) / np.maximum(s[:, 0], LEAST_DIVISOR)
         G = self.closed.G * self.size.unit
         back = np.abs(G @ np.swapaxes(Vt[:, rank:], 1, 2)).max(axis=(1, 2), initial=0.0) / np.abs(G).max(axis=(1, 2))
         return np.where(same, np.maximum(along, back), np.inf)
@@ -197,7 +197,7 @@ class ClosedJudge:
         motions: Floats = N * unit[:, None]
         inner: Floats = np.swapaxes(motions, 1, 2) @ self.M @ motions
         values = np.linalg.eigvalsh(inner)
-        ratio = values[:, 0] / np.maximum(values[:, -1], SMALLEST) if values.shape[1] else np.ones(len(s.q))
+        ratio = values[:, 0] / np.maximum(values[:, -1], LEAST_DIVISOR) if values.shape[1] else np.ones(len(s.q))
         if not answer or float(ratio.min()) < RANK:
             return [], [("ClosedChain.forward_dynamics", "verification.no_inverse")]
         bent = -np.einsum("bnr,br->bn", np.linalg.pinv(self.closed.G * unit, rcond=RANK), self.closed.c) * unit
@@ -215,7 +215,7 @@ class ClosedJudge:
         found = self.chain.inverse_dynamics(s.q, s.qd, s.qdd)
         needed = np.einsum("bij,bj->bi", self.M, s.qdd) + self.h
         largest = np.maximum(np.abs(needed * unit).max(axis=1), self.size.moment)
-        able = np.asarray(found.missing) <= ACTUATED * np.maximum(np.asarray(found.needed), SMALLEST)
+        able = np.asarray(found.missing) <= ACTUATED * np.maximum(np.asarray(found.needed), LEAST_DIVISOR)
         if not len(driven) or not able.all():
             return [], [("ClosedChain.inverse_dynamics", "verification.not_moved")]
         tau = np.asarray(found.tau)

@@ -10,12 +10,13 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import ModelError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mechanics.arm_size import RATE, ArmSize
 from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.quantity import States
 from mafsil.mechanics.textbook import Textbook, along
 from mafsil.robot import Robot
-from mafsil.verification.tolerances import CONDITION, SMALLEST
+from mafsil.verification.tolerances import CONDITION
 from mafsil.verification.verification import Check
 
 LeftOut: TypeAlias = list[tuple[str, str]]
@@ -107,7 +108,7 @@ def _round_trip(robot: Robot, book: Textbook, s: States, limit: float) -> list[C
     qdd = robot.forward_dynamics(s.q, s.qd, s.tau, s.tip_wrench)
     back = book.newton_euler(s.q, s.qd, qdd, s.tip_wrench).tau
     size = np.abs(s.tau) + np.einsum("bij,bj->bi", np.abs(book.mass_matrix(s.q)), np.abs(qdd))
-    ratio = (back - s.tau) / np.maximum(size, SMALLEST)
+    ratio = (back - s.tau) / np.maximum(size, LEAST_DIVISOR)
     return [_check("forward_dynamics (way back)", "verification.newton_euler", ratio, limit)]
 
 
@@ -149,7 +150,7 @@ def _task_space(robot: Robot, book: Textbook, s: States, limit: float) -> list[C
 def _relative(a: Floats, b: Floats) -> Floats:
     """(b,) largest difference of each state over the largest entry."""
     core = tuple(range(1, b.ndim))
-    return np.abs(a - b).max(axis=core) / np.maximum(np.abs(b).max(axis=core), SMALLEST)
+    return np.abs(a - b).max(axis=core) / np.maximum(np.abs(b).max(axis=core), LEAST_DIVISOR)
 
 
 def _check(routine: str, method: str, ratio: Floats, limit: float) -> Check:

@@ -10,5 +10,3 @@ ROUNDING = 1e-19
 """Square of the share, some 3e-10, of the largest root of a moment below which a moment of a matrix is rounding."""
 CONDITION = 1e-6
 """Smallest margin of task-space inertia at which two inversions are compared: five digits of the limit are left."""
-SMALLEST = 1e-300
-"""In place of a zero to divide by."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError, ModelError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mechanics.arm_size import ArmSize
 from mafsil.mechanics.catalogue import CATALOGUE, quantity
 from mafsil.mechanics.quantity import Quantity, States, random_states
@@ -25,7 +26,7 @@ from mafsil.robot import Robot, as_robot
 from mafsil.robot.closed_states import STATES
 from mafsil.verification.closed import closed_judge
 from mafsil.verification.composed import LeftOut, composed_checks
-from mafsil.verification.tolerances import LIMIT, ROUNDING, SINGULAR, SMALLEST
+from mafsil.verification.tolerances import LIMIT, ROUNDING, SINGULAR
 from mafsil.verification.verification import UNCHECKED, Check, Verification
 
 PEERS = {"pinocchio": "mafsil.verification.pinocchio_peer", "mujoco": "mafsil.verification.mujoco_peer"}
@@ -205,7 +206,7 @@ class Judge:
 def _balance(M: Floats) -> tuple[Floats, Floats]:
     """(b, n) roots of the diagonal, and (b,) the smallest eigenvalue of M scaled to a diagonal of one."""
     diagonal = np.einsum("bii->bi", M)
-    D: Floats = np.sqrt(np.maximum(diagonal, np.maximum(ROUNDING * diagonal.max(axis=1, keepdims=True), SMALLEST)))
+    D: Floats = np.sqrt(np.maximum(diagonal, np.maximum(ROUNDING * diagonal.max(axis=1, keepdims=True), LEAST_DIVISOR)))
     margins: Floats = np.linalg.eigvalsh(M / (D[:, :, None] * D[:, None, :])).astype(np.float64)[:, 0]
     return D, margins
 

@@ -29,6 +29,7 @@ from mafsil.control.laws.sliding_mode import SlidingMode
 from mafsil.control.laws.task_coordinates import TaskCoordinates
 from mafsil.control.laws.tip_motion import TaskComputedTorque
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
@@ -186,7 +187,7 @@ def joint_or_task_space(
     u = trajectory.at(np.linspace(0.0, trajectory.duration, PLACES)).u
     sizes = np.linalg.svd(task.jacobian(arm, u), compute_uv=False)
     needed = len(task.rows)
-    ratio = float((sizes[:, -1] / np.maximum(sizes[:, 0], 1e-300)).min()) if arm.n >= needed else 0.0
+    ratio = float((sizes[:, -1] / np.maximum(sizes[:, 0], LEAST_DIVISOR)).min()) if arm.n >= needed else 0.0
     reasons: list[tuple[str, dict[str, str | int]]] = []
     if ratio < NEAR_SINGULAR:
         reasons.append(("reason_singular", {"ratio": digits(ratio)}))

@@ -12,6 +12,7 @@ from mafsil.arrays import Floats, JointVector, as_batch, require_kind
 from mafsil.control.laws.joint_feedback import JointFeedback
 from mafsil.control.laws.matrix_feedback import MatrixFeedback
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
 
@@ -96,7 +97,7 @@ def energy_certificate(
     spring, kinetic = 0.5 * ((e @ kp) * e).sum(axis=-1), robot.kinetic_energy(q, qd)
     energy = spring + kinetic
     power = -((qd @ kd + np.asarray(viscous) * qd) * qd).sum(axis=-1)
-    rise = float(np.diff(energy).max(initial=0.0)) / max(float(energy[0]), 1e-300)
+    rise = float(np.diff(energy).max(initial=0.0)) / max(float(energy[0]), LEAST_DIVISOR)
     status = CertificateStatus.FALLS if rise <= ROUNDING else CertificateStatus.RISES
     balance = energy[0] - energy + _integral(times, power)
     return EnergyCertificate(status, times, energy, spring, kinetic, power, balance, rise)

@@ -17,6 +17,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, as_batch, not_negative, positive, whole
 from mafsil.control.laws.gains import Gains
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.robot import Robot, of_robot
 
 MOST_LATE = 200
@@ -205,10 +206,10 @@ class _Loop:
 
     def _ratios(self, z: Any, late: int) -> Floats:
         """Damping ratios of eigenvalues from sample to sample; one of those that no motion of the arm shows."""
-        size = np.maximum(np.abs(z), np.finfo(np.float64).tiny)
+        size = np.maximum(np.abs(z), LEAST_DIVISOR)
         decay, turn = -np.log(size), np.abs(np.angle(z))
         # A real negative eigenvalue alternates from sample to sample: it oscillates as fast as sampling can show.
-        ratio = decay / np.maximum(np.hypot(decay, turn), np.finfo(np.float64).tiny)
+        ratio = decay / np.maximum(np.hypot(decay, turn), LEAST_DIVISOR)
         gone = (decay * (late + 1) > GONE) if late else np.zeros_like(size, dtype=np.bool_)
         return np.where(((turn > OSCILLATES) | (size > 1.0)) & ~gone, ratio, 1.0)
 

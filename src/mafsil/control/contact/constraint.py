@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, not_negative, number, real_array, require_finite, require_kind, single
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 
 DEPENDENT = 1e-9
@@ -244,7 +245,7 @@ def selection(
     wanted = np.zeros(n) if values is None else as_batch("values", values, (n,), finite=True)
     system = S_F @ B + S_V
     left, sizes, _ = np.linalg.svd(system)
-    rank = int((sizes > DEPENDENT * max(float(sizes[0]), 1e-300)).sum())
+    rank = int((sizes > DEPENDENT * max(float(sizes[0]), LEAST_DIVISOR)).sum())
     if rank < n:
         nothing, weights = np.full(n, np.nan), left[:, -1]
         return Selection(SelectionStatus.CONFLICT, rank, nothing, nothing, weights)

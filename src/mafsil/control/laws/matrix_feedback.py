@@ -13,6 +13,7 @@ from mafsil.control.laws.feedback import RunningSum
 from mafsil.control.laws.law import Law
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, square
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -61,7 +62,7 @@ def symmetric(name: str, value: ArrayLike, n: int) -> Floats:
     if not np.allclose(full, full.T, rtol=1e-9, atol=0.0):
         raise InputError("control.not_symmetric", name=name)
     least = float(np.linalg.eigvalsh(full)[0])
-    if least < -1e-12 * max(float(np.abs(full).max()), 1e-300):
+    if least < -1e-12 * max(float(np.abs(full).max()), LEAST_DIVISOR):
         raise InputError("input.range", name=name, value=least, low=0.0, high=np.inf)
     return full.astype(np.float64)
 

@@ -23,6 +23,7 @@ from mafsil.arrays import Floats, JointVector, as_batch, real_array, require_kin
 from mafsil.control.laws.gains import Gains
 from mafsil.control.laws.law import Law
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.robot import Robot, as_robot, of_robot
 from mafsil.trajectory import Motion, Trajectory
@@ -177,7 +178,7 @@ class SlidingCertificate(Answer, data="t needed bound distance error error_bound
 
     def explain(self, language: str | None = None) -> str:
         """The largest share of the bound that was needed, where and when."""
-        share = np.abs(self.needed) / np.maximum(self.bound, np.finfo(np.float64).tiny)
+        share = np.abs(self.needed) / np.maximum(self.bound, LEAST_DIVISOR)
         k, joint = (int(each) for each in np.unravel_index(int(share.argmax()), share.shape))
         said = self.status.sentence(language, share=float(share[k, joint]), joint=joint + 1, time=float(self.t[k]))
         if self.status is SlidingStatus.BROKEN:

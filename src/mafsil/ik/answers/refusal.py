@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, cross
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose
 from mafsil.ik.answers.branch import failed_step
 from mafsil.ik.answers.candidate_table import CandidateTable
@@ -23,7 +24,6 @@ from mafsil.ik.tolerances import (
     MILLIMETRES,
     NO_GRADIENT,
     REACHED,
-    SMALLEST,
     START_DAMPING,
 )
 from mafsil.lazy_module import lazily
@@ -282,7 +282,7 @@ def _descend(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:
         damped = hessian + (damping + 1.1 * lowest)[:, None, None] * unit
         step = np.asarray(np.linalg.solve(damped, gradient[:, :, None])[:, :, 0], dtype=np.float64)
         length: Floats = np.abs(step).max(axis=1, keepdims=True)
-        trial = q + step * np.minimum(1.0, stride / np.maximum(length, SMALLEST))
+        trial = q + step * np.minimum(1.0, stride / np.maximum(length, LEAST_DIVISOR))
         moved, J_moved, slopes_moved = _placed(pattern, trial)
         better = np.linalg.norm(goal - moved, axis=1) <= np.linalg.norm(away, axis=1)
         q, x = np.where(better[:, None], trial, q), np.where(better[:, None], moved, x)

@@ -20,9 +20,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.algebra.tolerance import DESCRIBED, SMALLEST_DIVISOR
+from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import rotation
 from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.answers.candidate_table import CandidateTable
@@ -316,7 +317,7 @@ def folding(setting: Setting, q: JointVector) -> NDArray[np.bool_]:
     """
     values = np.linalg.svd(setting.scaled_jacobians(q), compute_uv=False)
     least = values[:, min(int(setting.mask.sum()), setting.robot.n) - 1]
-    return np.asarray(least <= MERGING * np.maximum(values[:, 0], SMALLEST_DIVISOR), dtype=np.bool_)
+    return np.asarray(least <= MERGING * np.maximum(values[:, 0], LEAST_DIVISOR), dtype=np.bool_)
 
 
 def nearly_there(setting: Setting, T: PoseMatrix, q0: JointVector) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.ik.answers.branch import Branch
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.family import SolutionFamily
@@ -20,7 +21,7 @@ from mafsil.ik.answers.pose_question import PoseQuestion
 from mafsil.ik.answers.setting import Setting, folding, nearly_there, structure_decides
 from mafsil.ik.answers.solution_table import angle_units, solution_table
 from mafsil.ik.result import IKStatus
-from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, SMALLEST, WHOLE_TURN
+from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, WHOLE_TURN
 from mafsil.ik.winding import TURN
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
@@ -253,7 +254,7 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
             return np.zeros(0)
         setting = self._setting
         values = np.linalg.svd(setting.scaled_jacobians(self.own), compute_uv=False)
-        return values[:, min(int(setting.mask.sum()), setting.robot.n) - 1] / np.maximum(values[:, 0], SMALLEST)
+        return values[:, min(int(setting.mask.sum()), setting.robot.n) - 1] / np.maximum(values[:, 0], LEAST_DIVISOR)
 
     @property
     def own_names(self) -> tuple[str, ...]:

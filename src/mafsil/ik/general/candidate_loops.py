@@ -6,9 +6,9 @@ from math import cos, sin
 from typing import TYPE_CHECKING, NamedTuple
 
 from mafsil.arrays import Booleans, Floats, Integers
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.ik.general.closed_chain_loops import apply_joint, unit
 from mafsil.ik.general.elimination_loops import reflect_column
-from mafsil.ik.tolerances import SMALLEST
 from mafsil.kernels.loops.lanes import buffer, lanes, magnitude, part, put, spread, square_root, where
 from mafsil.kernels.loops.loop import reordered
 
@@ -175,7 +175,7 @@ def _middle_joints(
     # 2.
     d, e = 2 * order[3], 2 * order[4]
     if prismatic[order[3]]:
-        ratio = s / where(c == 0.0, SMALLEST, c)
+        ratio = s / where(c == 0.0, LEAST_DIVISOR, c)
         q[d], q[d + 1] = ratio - twist, 0.0
         c, s = lanes(1.0), ratio
     else:
@@ -184,11 +184,11 @@ def _middle_joints(
     middle[0], middle[1], middle[2] = c * c, c * s, s * s
     # 3.
     if prismatic[order[4]]:
-        value = cosine / where(one == 0.0, SMALLEST, one)
+        value = cosine / where(one == 0.0, LEAST_DIVISOR, one)
         q[e], q[e + 1] = value, 0.0
         middle[3], middle[4] = value, value * value
     else:
-        length = square_root(cosine * cosine + sine * sine) * where(one > 0.0, lanes(1.0), -1.0) + SMALLEST
+        length = square_root(cosine * cosine + sine * sine) * where(one > 0.0, lanes(1.0), -1.0) + LEAST_DIVISOR
         middle[3], middle[4] = cosine / length, sine / length
         unit(q, order[4], middle[3], middle[4])
 
@@ -343,4 +343,4 @@ def _null_vector(S: Buffer, pick: int, N: Buffer) -> Lanes:
     else:
         for j in range(6):
             N[j] = V[j]
-    return magnitude(S[28]) / (magnitude(S[0]) + SMALLEST)
+    return magnitude(S[28]) / (magnitude(S[0]) + LEAST_DIVISOR)

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats, Integers
-from mafsil.ik.tolerances import EPS, LAST_CORRECTION, SMALLEST
+from mafsil.floating_point import EPS, LEAST_DIVISOR
+from mafsil.ik.tolerances import LAST_CORRECTION
 from mafsil.kernels.loops.lanes import any_lane, buffer, get, lane_bits, lanes, magnitude, put, seen, where
 from mafsil.kernels.loops.loop import reordered
 
@@ -243,7 +244,7 @@ def _isolated(
                 sure, last = False, high
                 centre = -t[1] / (2 * t[2]) if abs(t[2]) > 0.5 * abs(t[1]) else 0.0
                 lift = t[0] + 0.5 * t[1] * centre
-                apart = min(2.0, sqrt((abs(lift) + noise) / (abs(t[2]) + SMALLEST)))
+                apart = min(2.0, sqrt((abs(lift) + noise) / (abs(t[2]) + LEAST_DIVISOR)))
                 for side in range(2):
                     zeros[min(count, most - 1)] = t[ORDER] + width * (centre + (apart if side else -apart))
                     count += 1

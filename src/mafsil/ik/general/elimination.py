@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.floating_point import EPS, LEAST_DIVISOR
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination_orders import TWIST, EliminationOrder, orders
 from mafsil.ik.general.findings import DETERMINED, MATCHED, MOST, Findings, whole
-from mafsil.ik.tolerances import CLEAN, DISTURBANCE, EPS, SMALLEST
+from mafsil.ik.tolerances import CLEAN, DISTURBANCE
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -236,12 +237,12 @@ class _Systems:
     def condition(self) -> Floats:
         """(k,) of the systems of a and b, roughly."""
         pivots = np.abs(self.R[: self.count, DIAGONAL])
-        return pivots.max(axis=1) / (pivots.min(axis=1) + SMALLEST)
+        return pivots.max(axis=1) / (pivots.min(axis=1) + LEAST_DIVISOR)
 
     def cancellation(self) -> Floats:
         """(k,) how much larger than the smallest equation the terms are whose sums the equations are."""
         size = np.abs(self.A[: self.count]).max(axis=2).min(axis=1)
-        return np.abs(self.order.left).max() / (size + SMALLEST)
+        return np.abs(self.order.left).max() / (size + LEAST_DIVISOR)
 
     def candidates(
         self,

@@ -9,7 +9,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from mafsil.arrays import Floats
-from mafsil.ik.tolerances import SMALLEST
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.kernels.loops.lanes import buffer, lanes, magnitude, put, seen, spread, square_root, where
 from mafsil.kernels.loops.loop import reordered
 
@@ -250,7 +250,7 @@ def reflect_column(M: Buffer, k: int, stride: int, columns: int) -> Lanes:
     head = x - alpha
     M[stride * k + k] = head
     # 2.
-    beta = 1.0 / (norm * magnitude(head) + SMALLEST)
+    beta = 1.0 / (norm * magnitude(head) + LEAST_DIVISOR)
     for j in range(k + 1, columns):
         dot = lanes(0.0)
         for r in range(k, 6):

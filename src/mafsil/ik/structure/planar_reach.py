@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Vector3, as_batch, positive
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.ik.chain import chain_of
 from mafsil.ik.moving_part import moving_part
-from mafsil.ik.tolerances import DEFECT, SMALLEST
+from mafsil.ik.tolerances import DEFECT
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
@@ -109,7 +110,7 @@ class PlanarReach(Answer, data="inner outer centre normal lengths"):
             InputError: a wrong shape, a tolerance that is not positive.
         """
         away = as_batch("point", point, (3,), finite=True) - self.centre
-        margin = positive("tolerance", tolerance) * max(self.outer, SMALLEST)
+        margin = positive("tolerance", tolerance) * max(self.outer, LEAST_DIVISOR)
         if abs(float(away @ self.normal)) > margin:
             return PlaceClass.OFF_PLANE
         r = float(np.linalg.norm(away - (away @ self.normal) * self.normal))

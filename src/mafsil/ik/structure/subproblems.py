@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch, single
+from mafsil.floating_point import EPS
 from mafsil.geometry.declared import Declared
-from mafsil.ik.tolerances import EPS, SAME_SUBPROBLEM
+from mafsil.ik.tolerances import SAME_SUBPROBLEM
 
 _distances = Declared("subproblem_angles.distances", "w:3 r:3 p:3 o:3 distance", "table:2,3")
 _two_axes = Declared("subproblem_angles.two_axes", "w1:3 w2:3 p:3 z:3", "table:2,5")

@@ -15,6 +15,7 @@ import mafsil.expression as ex
 from mafsil.algebra.spatial import cross
 from mafsil.algebra.subproblems import Turn
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mechanics.arm_pattern import ArmAnglePattern
 from mafsil.mechanics.closed_form.line import BranchSolution, across, aside, norm
 from mafsil.mechanics.closed_form.table import JudgedBranch, Preferences, excess_of, wound_angle
@@ -75,7 +76,7 @@ def arm_angle_branches(
     axes = [ex.Expression(w) for w in pattern.axes]
     shoulder, elbow, wrist = (ex.Expression(x) for x in (pattern.shoulder, pattern.elbow, pattern.wrist))
     target = R @ wrist + p - shoulder
-    distance = ex.fmax(norm(target), 1e-300)
+    distance = ex.fmax(norm(target), LEAST_DIVISOR)
     # 1.
     centre, cosine = _opening(pattern, distance)
     reached = ex.fabs(cosine) <= 1 + ROUNDING
@@ -91,7 +92,7 @@ def arm_angle_branches(
         link = bend.about(axes[3], wrist - elbow)
         # 2.
         seen = elbow - shoulder + link
-        have = _frame_along(seen / ex.fmax(norm(seen), 1e-300), elbow - shoulder, axes[3], STRAIGHT)
+        have = _frame_along(seen / ex.fmax(norm(seen), LEAST_DIVISOR), elbow - shoulder, axes[3], STRAIGHT)
         S = ex.horzcat(*want) @ ex.horzcat(*have).T
         # 3.
         first = _triple(pattern.axes[:3], S)

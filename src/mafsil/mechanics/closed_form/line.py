@@ -12,6 +12,7 @@ from typing import TypeAlias
 import mafsil.expression as ex
 from mafsil.algebra.spatial import cross
 from mafsil.algebra.subproblems import Turn
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mechanics.arm_sides import ArmSides, Carried, Elbow, Placing, PlaneElbow, Shoulder, Stroke
 from mafsil.mechanics.closed_form.thresholds import MERGED
 
@@ -214,7 +215,7 @@ class _Configuration:
             left = ex.dot(E - S, cross(self._vector(elbow.normal), W - S)) / self.size**2
             return left if elbow.reach is None else ex.if_else(self._shoulder(elbow.reach) < 0, -left, left)
         line = W - S
-        line = line / ex.fmax(norm(line), 1e-300)
+        line = line / ex.fmax(norm(line), LEAST_DIVISOR)
         return ex.dot(E - S, across(line, self._vector(elbow.up))) / self.size
 
     def _determinant(self, placing: Placing) -> ex.Expression:

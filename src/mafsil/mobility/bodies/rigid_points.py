@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, number, positive, real_array, require_finite, single
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.motion_group import cross
 from mafsil.mobility.tolerances import RANK, TYPED
 from mafsil.solvers.decompositions import ranks
@@ -102,7 +103,7 @@ def count_points(points: ArrayLike) -> PointCount:
     n, d = P.shape
     rank = int(ranks(A, RANK))
     spread = np.linalg.svd(P - P.mean(axis=0), compute_uv=False)
-    spanned = int((spread > TYPED * max(float(spread[0]), 1e-300)).sum()) if n > 1 else 0
+    spanned = int((spread > TYPED * max(float(spread[0]), LEAST_DIVISOR)).sum()) if n > 1 else 0
     # A body of the plane is fixed by two points, one of space by three that are not on one line.
     body = d * (d + 1) // 2 - (d - spanned) * (d - spanned - 1) // 2
     return PointCount(d, n, len(A), rank, body)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats, frozen
+from mafsil.floating_point import LEAST_DIVISOR
 
 SIDES = ((0, 1), (1, 2), (2, 0))
 SCALE = 3**0.5
@@ -45,7 +46,7 @@ def _frame(x: Floats) -> tuple[Floats, Floats, Floats]:
 
     A triangle without area has some axes; its distances are not what they should be, so that it is no solution.
     """
-    tiny = np.finfo(np.float64).tiny
+    tiny = LEAST_DIVISOR
     first, second = x[..., 1, :] - x[..., 0, :], x[..., 2, :] - x[..., 0, :]
     length = np.linalg.norm(first, axis=-1, keepdims=True)
     e_1 = first / np.maximum(length, tiny)
@@ -64,7 +65,7 @@ def _twists(origin: Floats, R: Floats, along: Floats, length: Floats) -> Floats:
     against the first.
     """
     e_1, e_2, e_3 = R[..., 0], R[..., 1], R[..., 2]
-    tiny = np.finfo(np.float64).tiny
+    tiny = LEAST_DIVISOR
     part, height = along[..., :1], np.maximum(along[..., 1:], tiny)
     over = 1.0 / np.maximum(length, tiny)
     by_second = e_3[..., :, None] * e_2[..., None, :] - e_2[..., :, None] * e_3[..., None, :]
@@ -87,7 +88,7 @@ def distances(corners: Floats, moved: Floats) -> tuple[Floats, Floats]:
     for a, b in SIDES:
         apart = x[..., a, :] - x[..., b, :]
         far = np.linalg.norm(apart, axis=-1)
-        along = apart / np.maximum(far, np.finfo(np.float64).tiny)[..., None]
+        along = apart / np.maximum(far, LEAST_DIVISOR)[..., None]
         row = np.zeros((*moved.shape[:-1], 9))
         row[..., 3 * a : 3 * a + 3], row[..., 3 * b : 3 * b + 3] = along, -along
         missed.append(far - float(np.linalg.norm(corners[a] - corners[b])))

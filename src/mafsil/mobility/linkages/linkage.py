@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, frozen, require_kind
 from mafsil.errors import ModelError
+from mafsil.floating_point import EPS
 from mafsil.messages import say
 from mafsil.mobility.linkages.coupling import Coupling
 from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint
 from mafsil.mobility.tolerances import TYPED
 
-ROUNDINGS = 64 * float(np.finfo(np.float64).eps)
+ROUNDINGS = 64 * EPS
 """Share of their coordinates within which points are one: the mean of equal points is off by rounding."""
 
 

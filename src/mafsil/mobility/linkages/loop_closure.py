@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, frozen, real_array, single
 from mafsil.errors import ModelError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose, rotation
 from mafsil.mobility.bodies.three_points import SCALE, SIDES, distances, pose_by_points
 from mafsil.mobility.linkages.linkage import Linkage
@@ -216,7 +217,7 @@ def _pairs_of(linkage: Linkage, T: Floats, screws: Floats) -> tuple[Floats, Floa
         apart, rate = x[..., k, 0, :] - x[..., k, 1, :], moved[..., k, 0, :, :] - moved[..., k, 1, :, :]
         if pair.length > 0:
             far = np.linalg.norm(apart, axis=-1, keepdims=True)
-            along = apart / np.maximum(far, np.finfo(np.float64).tiny)
+            along = apart / np.maximum(far, LEAST_DIVISOR)
             apart, rate = far - pair.length / linkage.size, along[..., None, :] @ rate
         missed.append(apart)
         rows.append(rate)

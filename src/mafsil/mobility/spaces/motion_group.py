@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.mobility.tolerances import IN_SUPPORT, RANK
 
@@ -70,7 +71,7 @@ def span(vectors: Floats) -> Floats:
     if not vectors.size:
         return np.zeros((6, 0))
     U, s, _ = np.linalg.svd(vectors, full_matrices=False)
-    return U[:, s > RANK * max(float(s[0]), 1e-300)]
+    return U[:, s > RANK * max(float(s[0]), LEAST_DIVISOR)]
 
 
 def bracket(A: Floats, B: Floats) -> Floats:
@@ -92,7 +93,7 @@ def motion_group(screws: Floats) -> MotionGroup:
 
     Reference: J. M. Herve, The Lie group of rigid body displacements, Mechanism and Machine Theory 34 (1999).
     """
-    basis = span(screws / np.maximum(np.linalg.norm(screws, axis=0), 1e-300))
+    basis = span(screws / np.maximum(np.linalg.norm(screws, axis=0), LEAST_DIVISOR))
     while True:
         pairs = bracket(basis.T[:, None, :], basis.T[None, :, :]).reshape(-1, 6).T
         larger = span(np.hstack([basis, np.where(np.abs(pairs) < IN_SUPPORT * RANK, 0.0, pairs)]))

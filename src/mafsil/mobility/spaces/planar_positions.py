@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, real_array, require_finite
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.tolerances import TOUCHING, TYPED
 
 
@@ -151,7 +152,7 @@ def polygon_space(lengths: ArrayLike) -> PolygonSpace:
     if L.ndim != 1 or not 2 <= len(L) <= 20 or L.min() < 0 or not L.max() > 0:
         raise InputError("mobility.polygon_lengths", got=np.shape(L))
     total, longest = float(L.sum()), float(L.max())
-    excess, small = 2 * longest - total, TYPED * max(longest, 1e-300)
+    excess, small = 2 * longest - total, TYPED * max(longest, LEAST_DIVISOR)
     n, given = len(L), tuple(L.tolist())
     if excess > small:
         return PolygonSpace(given, 0, None, None, excess)

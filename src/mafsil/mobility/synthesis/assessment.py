@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats, Integers
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.poses import Complexes
 from mafsil.mobility.synthesis.tolerances import DEAD
@@ -85,7 +86,7 @@ def assess_four_bars(A: Complexes, B: Complexes, C: Complexes, D: Complexes) -> 
     residual = np.abs(links - links.mean(axis=2, keepdims=True)).max(axis=(1, 2))
     theta = np.angle((B - A[:, None]) / ground[:, None])
     turn = np.conj(C - B) * (D[:, None] - C)
-    turn = turn / np.maximum(np.abs(turn), 1e-300)
+    turn = turn / np.maximum(np.abs(turn), LEAST_DIVISOR)
     branches = np.where(np.abs(turn.imag) > DEAD, np.sign(turn.imag), 0).astype(int)
     L1, L2, L3, L4 = lengths.T
     small = TYPED * lengths.max(axis=1)
@@ -101,7 +102,7 @@ def assess_four_bars(A: Complexes, B: Complexes, C: Complexes, D: Complexes) -> 
     ordered, low, high = _passage(theta, middle, full)
     extremes = [low, high, *(np.where(_passes(low, high, angle), angle, low) for angle in (0.0, np.pi))]
     reach = L1[:, None] ** 2 + L4[:, None] ** 2 - 2 * (L1 * L4)[:, None] * np.cos(np.stack(extremes, axis=1))
-    cosine = np.abs((L2**2 + L3**2)[:, None] - reach) / np.maximum(2 * (L2 * L3)[:, None], 1e-300)
+    cosine = np.abs((L2**2 + L3**2)[:, None] - reach) / np.maximum(2 * (L2 * L3)[:, None], LEAST_DIVISOR)
     transmission = np.arctan2(np.abs(turn.imag), np.abs(turn.real))
     return _assessment(lengths, theta, circuits, branches, full, ordered, transmission, cosine, residual)
 
@@ -119,7 +120,7 @@ def assess_slider_cranks(A: Complexes, B: Complexes, C: Complexes, along: Comple
     links = np.stack([np.abs(crank_arm), np.abs(rod_arm), offsets], axis=1)
     r, rod, e = links.mean(axis=2).T
     residual = np.abs(links - links.mean(axis=2, keepdims=True)).max(axis=(1, 2))
-    theta, ahead = np.angle(crank_arm), rod_arm.real / np.maximum(np.abs(rod_arm), 1e-300)
+    theta, ahead = np.angle(crank_arm), rod_arm.real / np.maximum(np.abs(rod_arm), LEAST_DIVISOR)
     branches = np.where(np.abs(ahead) > DEAD, np.sign(ahead), 0).astype(int)
     small = TYPED * (r + rod + np.abs(e))
     passes_up, passes_down = np.abs(r - e) <= rod + small, np.abs(r + e) <= rod + small
@@ -131,9 +132,11 @@ def assess_slider_cranks(A: Complexes, B: Complexes, C: Complexes, along: Comple
     ordered, low, high = _passage(theta, middle, full)
     tops = (np.pi / 2, -np.pi / 2)
     extremes = [low, high, *(np.where(_passes(low, high, angle), angle, low) for angle in tops)]
-    cosine = np.abs(r[:, None] * np.sin(np.stack(extremes, axis=1)) - e[:, None]) / np.maximum(rod, 1e-300)[:, None]
+    cosine = (
+        np.abs(r[:, None] * np.sin(np.stack(extremes, axis=1)) - e[:, None]) / np.maximum(rod, LEAST_DIVISOR)[:, None]
+    )
     lengths = np.stack([r, rod, np.zeros_like(r), e], axis=1)
-    transmission = np.arctan2(np.abs(ahead), np.abs(rod_arm.imag) / np.maximum(np.abs(rod_arm), 1e-300))
+    transmission = np.arctan2(np.abs(ahead), np.abs(rod_arm.imag) / np.maximum(np.abs(rod_arm), LEAST_DIVISOR))
     return _assessment(lengths, theta, circuits, branches, full, ordered, transmission, cosine, residual)
 
 

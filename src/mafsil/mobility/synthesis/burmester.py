@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, whole
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.synthesis.poses import PoseConditions, checked_poses, in_plane
 
 
@@ -81,7 +82,7 @@ def block_of(given: PoseConditions) -> tuple[Floats, Floats]:
     At infinity the cubic is (x^2 + y^2) (a x + b y), with a and b its values at (1, 0, 0) and (0, 1, 0).
     """
     a, b = _cubic(given.M, np.eye(3)[:2]).tolist()
-    p = np.array([-b, a, 0.0]) / max(float(np.hypot(a, b)), 1e-300)
+    p = np.array([-b, a, 0.0]) / max(float(np.hypot(a, b)), LEAST_DIVISOR)
     rows = np.einsum("i,jik->jk", p, given.M)
     return p[None], np.linalg.svd(rows)[2][-1:]
 

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.synthesis.tolerances import APART, COMPLEX, SINGULAR_PENCIL, SOLVED
 
 MONOMIALS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -59,7 +60,7 @@ class PointPairs:
 
 def five_pose_pairs(M: Floats) -> PointPairs:
     """All real dyads of the forms (*batch, 4, 3, 3) of five poses; numbered steps in the module's text."""
-    M = M / np.maximum(np.linalg.norm(M, axis=(-1, -2), keepdims=True), 1e-300)
+    M = M / np.maximum(np.linalg.norm(M, axis=(-1, -2), keepdims=True), LEAST_DIVISOR)
     X, Y0, Y1 = _sylvester(M @ _Q)  # 1, 2
     left = np.swapaxes(np.linalg.svd(X)[0][..., 6:], -1, -2)  # 3
     K0, K1 = left @ Y0, left @ Y1
@@ -88,7 +89,7 @@ def _singular_everywhere(K0: Floats, K1: Floats) -> Booleans:
     worst = np.zeros(K0.shape[:-2])
     for y in (0.3819, -1.2720, 2.6180):
         s = np.linalg.svd(K0 + y * K1, compute_uv=False)
-        worst = np.maximum(worst, s[..., -1] / np.maximum(s[..., 0], 1e-300))
+        worst = np.maximum(worst, s[..., -1] / np.maximum(s[..., 0], LEAST_DIVISOR))
     return np.asarray(worst < SINGULAR_PENCIL, dtype=np.bool_)
 
 
@@ -108,8 +109,8 @@ def _null_vector(rows: NDArray[Any]) -> NDArray[Any]:
 def _real_scaled(v: NDArray[Any]) -> NDArray[Any]:
     """(*batch, 3) complex vectors of length one whose largest entry is real."""
     largest = np.take_along_axis(v, np.argmax(np.abs(v), axis=-1)[..., None], axis=-1)
-    scaled = v * np.conj(largest) / np.maximum(np.abs(largest), 1e-300)
-    return scaled / np.maximum(np.linalg.norm(scaled, axis=-1, keepdims=True), 1e-300)
+    scaled = v * np.conj(largest) / np.maximum(np.abs(largest), LEAST_DIVISOR)
+    return scaled / np.maximum(np.linalg.norm(scaled, axis=-1, keepdims=True), LEAST_DIVISOR)
 
 
 def _polish(p: NDArray[Any], q: NDArray[Any], M: Floats) -> tuple[Floats, Floats, Booleans]:

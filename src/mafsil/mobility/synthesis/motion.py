@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Booleans, Floats, Integers, real_array, whole
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import circle_crossings, circle_gap
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.burmester import BurmesterCurves, block_of, curves_of
@@ -166,13 +167,13 @@ def pole_details(conditions: PoseConditions, pole: complex) -> dict[str, Any]:
 def circle_error(z: Complexes) -> float:
     """Largest distance of points (N,) from the circle (or line) that fits them best by its equation [m]."""
     middle = z.mean()
-    size = max(float(np.abs(z - middle).max()), 1e-300)
+    size = max(float(np.abs(z - middle).max()), LEAST_DIVISOR)
     unit = (z - middle) / size
     rows = np.stack([np.abs(unit) ** 2, unit.real, unit.imag, np.ones(len(z))], axis=1)
     a, b, c, d = np.linalg.svd(rows)[2][-1]
     value = rows @ np.array([a, b, c, d])
     slope = np.abs(2 * a * unit + complex(b, c))
-    return float(np.abs(value / np.maximum(slope, 1e-300)).max()) * size
+    return float(np.abs(value / np.maximum(slope, LEAST_DIVISOR)).max()) * size
 
 
 def larger_group(given: PoseConditions) -> Booleans | None:

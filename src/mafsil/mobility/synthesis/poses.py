@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.tolerances import AT_INFINITY, SAME_POSE
 
@@ -63,7 +64,7 @@ def checked_poses(poses: ArrayLike, least: int, most: int) -> Floats:
     given = as_batch("poses", poses, (3,), finite=True)
     if given.ndim < 2 or not least <= given.shape[-2] <= most:
         raise InputError("synthesis.pose_count", got=given.shape, least=least, most=most)
-    size = np.maximum(spread(as_complex(given[..., :2])), 1e-300)
+    size = np.maximum(spread(as_complex(given[..., :2])), LEAST_DIVISOR)
     for first in range(given.shape[-2]):
         for second in range(first):
             step = given[..., first, :] - given[..., second, :]
@@ -76,7 +77,7 @@ def checked_poses(poses: ArrayLike, least: int, most: int) -> Floats:
 def spread(z: Complexes) -> Floats:
     """(*batch,) root mean square distance of points (*batch, N) from their middle; 1 where they all coincide."""
     size = np.sqrt(np.mean(np.abs(z - z.mean(axis=-1, keepdims=True)) ** 2, axis=-1))
-    return np.where(size > 1e-12 * np.abs(z).max(axis=-1, initial=1e-300), size, 1.0)
+    return np.where(size > 1e-12 * np.abs(z).max(axis=-1, initial=LEAST_DIVISOR), size, 1.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.model.faults import ZERO_MASS
 from mafsil.model.inertia_check import inertia_fault, mass_fault
 from mafsil.model.link import Inertial, Link
@@ -102,7 +103,7 @@ def _against_shapes(link: Link, inertial: Inertial, solid: Solid, unit: float | 
 
 def _shapes_in_millimetres(link: Link, inertial: Inertial, solid: Solid) -> Finding | None:
     """Meshes a thousand times too large: metres were meant where millimetres stand."""
-    density = inertial.mass / max(solid.box_volume, 1e-300)
+    density = inertial.mass / max(solid.box_volume, LEAST_DIVISOR)
     if not solid.meshes or solid.size < 20.0 or not LIGHTEST / 100 < density * 1e9 < HEAVIEST:
         return None
     puts = tuple(Put((tag, "geometry", "mesh"), "scale", factor=1e-3) for tag in ("visual", "collision"))
@@ -112,7 +113,7 @@ def _shapes_in_millimetres(link: Link, inertial: Inertial, solid: Solid) -> Find
 
 def _density(link: Link, inertial: Inertial, solid: Solid) -> Iterator[Finding]:
     """Mass over the volume there is at most, and over the solids themselves."""
-    least = inertial.mass / max(solid.box_volume, 1e-300)
+    least = inertial.mass / max(solid.box_volume, LEAST_DIVISOR)
     details: dict[str, object] = {"link": link.name, "mass": f"{inertial.mass:.4g}", "most": f"{HEAVIEST:.0f}"}
     place = ("inertial", "mass")
     if least > HEAVIEST:
@@ -195,7 +196,7 @@ def _common_unit(mechanism: Mechanism, shapes: dict[str, Solid]) -> float | None
         if inertial is None or solid is None or inertial.mass <= 0 or not np.trace(inertial.inertia) > 0:
             continue
         trace = float(np.trace(inertial.inertia))
-        ratio = trace / max(inertial.mass * solid.gyration, 1e-300)
+        ratio = trace / max(inertial.mass * solid.gyration, LEAST_DIVISOR)
         factors[trace] = next((f for u in UNIT_FACTORS for f in (1 / u, u) if 0.1 < ratio * f < 3), None)
     votes = [factor for factor in factors.values() if factor is not None]
     best = max(set(votes), key=votes.count, default=None)

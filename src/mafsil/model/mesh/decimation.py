@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.model.mesh.surface import Faces, Surface
 
 MOST_CELLS = 1024
@@ -54,7 +55,7 @@ def _grid(surface: Surface, count: int) -> _Grid:
     """Cells of a grid that divides the longest edge of the surface's box by `count`."""
     used = surface.vertices[surface.faces].reshape(-1, 3)
     low = used.min(axis=0)
-    width = max(float((used.max(axis=0) - low).max()) / count, 1e-300)
+    width = max(float((used.max(axis=0) - low).max()) / count, LEAST_DIVISOR)
     steps = np.clip(np.floor((surface.vertices - low) / width), 0, count).astype(np.int64)
     return _Grid((steps[:, 0] * (count + 1) + steps[:, 1]) * (count + 1) + steps[:, 2], width)
 
@@ -87,7 +88,7 @@ def _meeting_points(surface: Surface, faces: Faces, of_vertex: Faces, vertices: 
     corners = surface.vertices[surface.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
-    n = normals / np.maximum(lengths, 1e-300)[:, None]
+    n = normals / np.maximum(lengths, LEAST_DIVISOR)[:, None]
     quadrics = (lengths[:, None, None] * n[:, :, None] * n[:, None, :]).reshape(-1, 9)
     A, b = np.zeros((count, 9)), np.zeros((count, 3))
     for k in range(3):
@@ -95,7 +96,7 @@ def _meeting_points(surface: Surface, faces: Faces, of_vertex: Faces, vertices: 
         A += _sums(faces[:, k], quadrics, count)
         b += _sums(faces[:, k], offsets[:, None] * n, count)
     values, axes = np.linalg.eigh(A.reshape(-1, 3, 3))
-    strong = values > FLAT * np.maximum(values[:, -1:], 1e-300)
+    strong = values > FLAT * np.maximum(values[:, -1:], LEAST_DIVISOR)
     along = np.einsum("cij,ci->cj", axes, b)
     move = np.einsum("cij,cj->ci", axes, np.where(strong, along / np.where(strong, values, 1.0), 0.0))
     return middle + np.where(np.abs(move).max(axis=1, keepdims=True) <= width, move, 0.0)

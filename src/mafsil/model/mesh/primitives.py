@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.model.mesh.surface import Surface
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 
@@ -40,7 +41,7 @@ def _arc(radius: float, z: float, start: float, end: float) -> Floats:
 
 def _fine(profile: Floats) -> Floats:
     """The same line with a point at least every half of its largest radius: long thin triangles sort badly by depth."""
-    step = max(float(profile[:, 0].max()) / 2, float(np.ptp(profile[:, 1])) / 100, 1e-300)
+    step = max(float(profile[:, 0].max()) / 2, float(np.ptp(profile[:, 1])) / 100, LEAST_DIVISOR)
     rows = [profile[:1]]
     for start, end in pairwise(profile):
         count = max(1, int(np.ceil(np.linalg.norm(end - start) / step)))

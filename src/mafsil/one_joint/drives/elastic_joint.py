@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.one_joint.arguments import above_zero, check_batch, magnitude, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.row_answer import RowAnswer
@@ -169,7 +170,7 @@ class ElasticJoint:
         )
         dynamics = self.pd_loop(inertia * w * w, 2.0 * zeta * w * inertia, side)
         s = dynamics.roots
-        ratio = -s.real / np.maximum(np.abs(s), 1e-300)
+        ratio = -s.real / np.maximum(np.abs(s), LEAST_DIVISOR)
         near = np.argsort(np.abs(s), axis=-1)[..., :2]
         dominant = np.asarray(np.take_along_axis(ratio, near, axis=-1).min(axis=-1))
         stable = dynamics.stability().stable

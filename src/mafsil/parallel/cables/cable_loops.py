@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats, Integers
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.kernels.loops.loop import compiled
 from mafsil.parallel.linear_loops import solve_in_place
 from mafsil.parallel.tolerances import RANK
@@ -174,7 +175,7 @@ def tensions(
     H, step = np.empty((n, n)), np.empty((n, 1))
     y, tried, rest, t = np.empty(n), np.empty(n), np.empty(n), np.empty(m)
     for row in range(rows):
-        size, share = 1e-300, SOFT
+        size, share = LEAST_DIVISOR, SOFT
         for j in range(m):
             for i in range(n):
                 size = max(size, abs(W[row, i, j]) * high[j])

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers, as_batch, whole
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose
 from mafsil.parallel.cables.cable_robot import CableRobot
 from mafsil.solvers import decompositions
@@ -109,7 +110,7 @@ def cable_poses(robot: CableRobot, lengths: ArrayLike, x_guess: ArrayLike, *, ma
         error = robot.lengths(x[going]) - goal[going]
         V = -np.einsum("kij,kj->ki", decompositions.pinv(_rates(robot, x[going]), RANK), error)
         length = np.linalg.norm(V / _units(robot), axis=-1)
-        V *= np.minimum(1.0, LONGEST / np.maximum(length, np.finfo(np.float64).tiny))[:, None]
+        V *= np.minimum(1.0, LONGEST / np.maximum(length, LEAST_DIVISOR))[:, None]
         x[going] = _move(robot, x[going], V)
         steps[going] += 1
         settled[going] = length <= SETTLED

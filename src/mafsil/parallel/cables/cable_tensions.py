@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, as_batch, require_finite
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.lazy_module import lazily
 from mafsil.parallel.cables.cable_robot import CableRobot
 from mafsil.parallel.tolerances import RANK
@@ -169,7 +170,7 @@ def _nearest(W: Floats, low: Floats, high: Floats, preferred: Floats, wanted: Fl
     if not rows:
         return np.empty((0, m))
     # 1.
-    helper = HELPING * np.maximum(np.abs(W).max(axis=(1, 2)), 1e-300)
+    helper = HELPING * np.maximum(np.abs(W).max(axis=(1, 2)), LEAST_DIVISOR)
     most = (np.abs(wanted).max(axis=1) + np.abs(W).max(axis=(1, 2)) * high.sum()).max() / helper.min()
     wide = np.concatenate([W, helper[:, None, None] * np.eye(n)], axis=2)
     bounds = (np.concatenate([each, np.full(n, side * most)]) for each, side in ((low, -1.0), (high, 1.0)))

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.parallel.tolerances import OPEN
 
 ROUNDING = 1e-14
@@ -90,7 +91,7 @@ def require_rods(rods: Floats, lengths: Floats | float) -> None:
         InputError: a rod would be of another length.
     """
     wrong = np.linalg.norm(rods, axis=-1) - lengths
-    off = np.abs(wrong) > OPEN * np.maximum(lengths, 1e-300)
+    off = np.abs(wrong) > OPEN * np.maximum(lengths, LEAST_DIVISOR)
     if off.any():
         *_, rod = np.argwhere(off)[0]
         raise InputError("parallel.rod_wrong", rod=int(rod) + 1, length=float(wrong[tuple(np.argwhere(off)[0])]))

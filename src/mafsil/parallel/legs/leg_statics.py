@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, single
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.parallel.closure import kernel
 from mafsil.parallel.legs.leg_mechanism import LegMechanism
 from mafsil.parallel.tolerances import FEASIBLE, POSSIBLE, RANK
@@ -46,7 +47,9 @@ class LegForces(Answer, data="efforts leg_wrenches residual"):
     def possible(self) -> bool:
         """Whether the motors can exert the wrench: no passive joint has to carry an effort."""
         size = max(
-            float(np.abs(self.efforts).max(initial=0.0)), float(np.abs(self.leg_wrenches).max(initial=0.0)), 1e-300
+            float(np.abs(self.efforts).max(initial=0.0)),
+            float(np.abs(self.leg_wrenches).max(initial=0.0)),
+            LEAST_DIVISOR,
         )
         return self.residual <= POSSIBLE * size
 
@@ -148,7 +151,7 @@ def inverse_rates(mechanism: LegMechanism, q: ArrayLike, V: ArrayLike) -> LegRat
         rates[part] = np.linalg.pinv(scale[:, None] * J, rcond=RANK) @ (scale * twist)
         missed = twist - J @ rates[part]
         left = max(left, missed, key=lambda each: float(np.abs(each * scale).max()))
-    size = max(float(np.abs(twist * scale).max()), 1e-300)
+    size = max(float(np.abs(twist * scale).max()), LEAST_DIVISOR)
     return LegRates(rates, left, float(np.abs(left * scale).max()) <= FEASIBLE * size)
 
 

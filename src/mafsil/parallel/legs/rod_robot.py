@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, frozen, real_array, single, spread
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose, rotation
 from mafsil.parallel.legs.leg_lines import forces_for, require_regular, resultant, unit_vectors
 from mafsil.parallel.legs.rod_poses import RodPoses, crossing_of_spheres, search_poses
@@ -306,7 +307,7 @@ class RodRobot:
         going = np.arange(len(T))
         for _ in range(NEWTON_STEPS):
             d = self.ends(T[going]) - C[going]
-            s = np.maximum(np.linalg.norm(d, axis=-1), 1e-300)
+            s = np.maximum(np.linalg.norm(d, axis=-1), LEAST_DIVISOR)
             gap = l[going] - s
             miss[going] = np.abs(gap).max(axis=-1)
             on = miss[going] > CLOSED * self.size
@@ -314,7 +315,7 @@ class RodRobot:
                 break
             going, gap, A = going[on], gap[on], self._rows(T[going], d / s[..., None])[on] * units
             V = np.einsum("kij,kj->ki", np.linalg.pinv(A), gap)
-            V *= np.minimum(1.0, LONGEST / np.maximum(np.abs(V).max(axis=-1, keepdims=True), 1e-300))
+            V *= np.minimum(1.0, LONGEST / np.maximum(np.abs(V).max(axis=-1, keepdims=True), LEAST_DIVISOR))
             twist = np.zeros((len(V), 6))
             twist[:, self.motion.columns] = V * units
             T[going] = pose.exp(twist) @ T[going]

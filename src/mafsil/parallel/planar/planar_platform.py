@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats, Integers
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.solvers.local_dimension import SPLIT, multiplicity
 from mafsil.solvers.null_ways import FINEST, Equations, solved_in_planes
@@ -195,7 +196,7 @@ def _places(a: Floats, b: Floats, s: Floats, phi: Floats) -> Floats:
     w, right = _linear(A, B, S, phi)
     D, N = _cramer(A, B, S, phi)
     lengths = np.linalg.norm(w, axis=-1)
-    scale = np.maximum(lengths.max(axis=-1), 1e-300)
+    scale = np.maximum(lengths.max(axis=-1), LEAST_DIVISOR)
     flat = np.abs(D) <= FLAT * scale**2
     with np.errstate(divide="ignore", invalid="ignore"):
         regular = N / D[..., None]

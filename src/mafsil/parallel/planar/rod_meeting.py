@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 
 STARTS, STEPS = 6, 60
 SETTLED = 1e-13
@@ -83,7 +84,7 @@ def _slopes(C: Floats, s: Floats, p: Floats) -> tuple[Floats, Floats, Floats]:
 def _against(H: Floats, g: Floats) -> Floats:
     """(k, 2) the gradient over the sizes of the eigenvalues, along their directions."""
     middle, half = (H[:, 0] + H[:, 2]) / 2, (H[:, 0] - H[:, 2]) / 2
-    radius = np.maximum(np.hypot(half, H[:, 1]), np.finfo(np.float64).tiny)
+    radius = np.maximum(np.hypot(half, H[:, 1]), LEAST_DIVISOR)
     mirrored = np.stack([half * g[:, 0] + H[:, 1] * g[:, 1], H[:, 1] * g[:, 0] - half * g[:, 1]], axis=-1)
     mirrored /= radius[:, None]
     larger, lesser = (np.maximum(np.abs(middle + sign * radius), FLAT)[:, None] for sign in (1.0, -1.0))

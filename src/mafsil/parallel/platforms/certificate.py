@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats
+from mafsil.floating_point import EPS
 from mafsil.parallel.platforms.start_platforms import MOST, Complexes
 
 ROUNDING = 64 * float(np.finfo(np.longdouble).eps)
@@ -90,7 +91,7 @@ def certificate_of(a: Floats, b: Floats, s: Floats, x: Complexes, real: Booleans
     condition = np.linalg.norm(J.astype(np.complex128), axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
     step = np.linalg.norm(_solve(J, F).astype(np.complex128), axis=1)
     # The computed inverse is good to its condition times rounding; the residual to ROUNDING of its terms.
-    exact = condition * 64 * 2.0**-52 < 0.1
+    exact = condition * 64 * EPS < 0.1
     weights = np.abs(inverse)
     rounding = np.linalg.norm(np.einsum("kij,kj->ki", weights, ROUNDING * size), axis=1)
     eta = 1.2 * (step + rounding)

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose, rotation
 
 STARTS_IN_PLANE, STARTS = 24, 48
@@ -127,7 +128,7 @@ def _nearest(
     """Poses (k, 4, 4) and misfits (k, m) of rows, from random starts."""
     middle, centre = a.mean(axis=1, keepdims=True), b.mean(axis=1, keepdims=True)
     spread = np.linalg.norm(np.concatenate([a - middle, b - centre], axis=1), axis=-1).max(axis=1)
-    size = np.maximum(np.maximum(spread, s.max(axis=1)), np.finfo(np.float64).tiny)
+    size = np.maximum(np.maximum(spread, s.max(axis=1)), LEAST_DIVISOR)
     near, ends, wanted = (
         np.repeat(each / size.reshape(-1, *[1] * (each.ndim - 1)), starts, axis=0)
         for each in (a - middle, b - centre, s)
@@ -138,7 +139,7 @@ def _nearest(
         p = rng.normal(size=(k, 3)) * np.array([1.0, 1.0, 0.0])
     else:
         R, p = rotation.random(rng, k), rng.normal(size=(k, 3))
-    p *= (wanted.mean(axis=1) / np.maximum(np.linalg.norm(p, axis=1), np.finfo(np.float64).tiny))[:, None]
+    p *= (wanted.mean(axis=1) / np.maximum(np.linalg.norm(p, axis=1), LEAST_DIVISOR))[:, None]
     R, p = _descend(near, ends, wanted, R, p, planar)
     missed = _lengths(near, ends, R, p)[0] - wanted
     best = (missed**2).sum(axis=1).reshape(-1, starts).argmin(axis=1) + starts * np.arange(len(s))

@@ -18,6 +18,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, as_batch, not_negative, number, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.fields import check_fields
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import rotation
 from mafsil.parallel.legs.leg_lines import line_matrix
 from mafsil.parallel.platforms.stewart import StewartPlatform
@@ -199,7 +200,7 @@ def _refuse(robot: StewartPlatform, limits: PlatformLimits, R: Floats, p: Floats
     """(k,) number of the first reason against places (k, 3), zero if there is none."""
     d = p[:, None] + robot.platform @ R.T - robot.base
     s = np.linalg.norm(d, axis=-1)
-    u = d / np.maximum(s, 1e-300)[..., None]
+    u = d / np.maximum(s, LEAST_DIVISOR)[..., None]
     against = [
         (s < limits.shortest).any(axis=1),
         (s > limits.longest).any(axis=1),
@@ -237,7 +238,7 @@ def segment_distance(p: Floats, u: Floats, q: Floats, v: Floats) -> Floats:
     r = np.broadcast_to(p - q, u.shape)
     a, e, f = (u * u).sum(-1), (v * v).sum(-1), (v * r).sum(-1)
     b, c = (u * v).sum(-1), (u * r).sum(-1)
-    tiny = 1e-300
+    tiny = LEAST_DIVISOR
     den = a * e - b * b
     s = np.where(den > 1e-14 * a * e, np.clip((b * f - c * e) / np.maximum(den, tiny), 0, 1), 0.0)
     t = np.clip((b * s + f) / np.maximum(e, tiny), 0, 1)

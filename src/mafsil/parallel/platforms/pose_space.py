@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, as_batch, whole
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose, rotation
 from mafsil.parallel.legs.leg_lines import line_matrix, unit_vectors
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR, planar_line_matrix
@@ -306,10 +307,10 @@ def _zeros(space: PoseSpace, here: Floats, count: int, rng: np.random.Generator)
     change = np.full(count, np.inf)
     for share in RELAXED:
         f, g = _measure_and_gradient(space, here, xi)
-        g2 = np.maximum((g**2).sum(axis=-1, keepdims=True), np.finfo(np.float64).tiny)
+        g2 = np.maximum((g**2).sum(axis=-1, keepdims=True), LEAST_DIVISOR)
         ahead = (((g * xi).sum(axis=-1) - f)[:, None] / g2) * g - xi
         length = np.linalg.norm(ahead, axis=-1, keepdims=True)
-        ahead *= np.minimum(1.0, LONGEST * size / np.maximum(length, np.finfo(np.float64).tiny))
+        ahead *= np.minimum(1.0, LONGEST * size / np.maximum(length, LEAST_DIVISOR))
         xi, change = xi + share * ahead, np.linalg.norm(ahead, axis=-1)
         if (change < CONVERGED * size).all():
             break

@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.model.loading import RobotLike
 from mafsil.performance.dexterity.manipulability import Part, rate_jacobian
-from mafsil.performance.tolerances import SMALLEST, WITHIN
+from mafsil.performance.tolerances import WITHIN
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE
 from mafsil.robot import as_robot
@@ -46,7 +47,7 @@ def least_joint_rate(
     u = unit_direction(direction, J.shape[-2])
     U, s, _ = np.linalg.svd(J, full_matrices=False)
     along = np.einsum("...ij,...i->...j", U, u)
-    kept = s > np.maximum(TOLERANCE * s[..., :1], SMALLEST)
+    kept = s > np.maximum(TOLERANCE * s[..., :1], LEAST_DIVISOR)
     reached = np.einsum("...ij,...j->...i", U, np.where(kept, along, 0.0))
     effort = np.sqrt((np.where(kept, along / np.where(kept, s, 1.0), 0.0) ** 2).sum(axis=-1))
     return np.where(np.linalg.norm(u - reached, axis=-1) > WITHIN, np.inf, effort)

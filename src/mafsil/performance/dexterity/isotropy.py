@@ -8,8 +8,9 @@ import numpy as np
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, whole
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.performance.dexterity.manipulability import jacobian_hessian
-from mafsil.performance.tolerances import ISOTROPIC, LEAST_DAMPING, NO_TRACE, SAME, SMALLEST
+from mafsil.performance.tolerances import ISOTROPIC, LEAST_DAMPING, NO_TRACE, SAME
 from mafsil.performance.velocity.scaling import random_configurations, ranges, scaled_jacobian
 from mafsil.performance.velocity.tasks import Task
 from mafsil.robot import Robot, of_robot
@@ -96,7 +97,7 @@ def isotropic_configurations(
         slope = np.where(better[:, None, None], slope_after, slope)
         damping = np.clip(np.where(better, damping / 5, damping * 4), LEAST_DAMPING, 1e6)
     s = decompositions.singular_values(scaled_jacobian(robot, q, task=task, length=length).J)
-    condition_number = s[:, 0] / np.maximum(s[:, -1], SMALLEST)
+    condition_number = s[:, 0] / np.maximum(s[:, -1], LEAST_DIVISOR)
     order = np.argsort(condition_number)  # 3
     good = [k for k in order if condition_number[k] - 1.0 < ISOTROPIC] or [order[0]]
     kept = _different(q, good)

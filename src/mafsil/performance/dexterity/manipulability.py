@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch, positive
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.performance.singularities.singular_configuration import resolved_task
-from mafsil.performance.tolerances import CLEAR, SMALLEST
+from mafsil.performance.tolerances import CLEAR
 from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, scaled_jacobian
 from mafsil.performance.velocity.tasks import Task, task_jacobian
 from mafsil.robot import Robot, of_robot
@@ -65,7 +66,7 @@ class Ellipsoid:
     @property
     def dimension(self) -> NDArray[np.int64]:
         """(*batch) 3 an ellipsoid, 2 an elliptic disc, 1 a segment, 0 a point (of velocities)."""
-        return (self.lengths > CLEAR * np.maximum(self.lengths.max(axis=-1, keepdims=True), SMALLEST)).sum(axis=-1)
+        return (self.lengths > CLEAR * np.maximum(self.lengths.max(axis=-1, keepdims=True), LEAST_DIVISOR)).sum(axis=-1)
 
     def normals(self) -> Floats:
         """(m, m - dimension) unit directions that are lost, as columns; of one configuration.
@@ -75,7 +76,7 @@ class Ellipsoid:
         """
         if self.lengths.ndim != 1:
             raise InputError("performance.one_configuration", name="ellipsoid", got=self.lengths.shape)
-        kept = self.axes[:, self.lengths > CLEAR * max(float(self.lengths.max(initial=0.0)), SMALLEST)]
+        kept = self.axes[:, self.lengths > CLEAR * max(float(self.lengths.max(initial=0.0)), LEAST_DIVISOR)]
         return np.linalg.svd(kept, full_matrices=True)[0][:, kept.shape[1] :]
 
     def isotropic(self, tolerance: float = 1e-6) -> NDArray[np.bool_]:
@@ -397,7 +398,7 @@ def _slope(measure: Callable[[Floats], Floats], s: Floats) -> Floats:
         slope[..., -1], slope[..., 0] = 1.0 / s[..., 0], -s[..., -1] / s[..., 0] ** 2
     else:
         value, squares = _isotropy(s)[..., None], (s**2).sum(axis=-1, keepdims=True)
-        slope = value * 2 * (1.0 / (s.shape[-1] * np.maximum(s, SMALLEST)) - s / squares)
+        slope = value * 2 * (1.0 / (s.shape[-1] * np.maximum(s, LEAST_DIVISOR)) - s / squares)
     return slope
 
 

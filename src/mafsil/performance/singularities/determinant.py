@@ -17,10 +17,11 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Matrix3, as_batch
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.performance.singularities.axis_cases import SingularityCause
 from mafsil.performance.singularities.trigonometric_form import TrigonometricForm, fit_trigonometric_form
-from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SMALLEST
+from mafsil.performance.tolerances import CLEAR, ROUNDOFF
 from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, random_configurations
 from mafsil.performance.velocity.tasks import task_jacobian, task_rows
 from mafsil.robot import Robot, of_robot
@@ -236,7 +237,7 @@ def determinant_factors(robot: Robot, task: str | None = None) -> DeterminantFac
     for candidate in (*_candidates(robot, chosen, at), _whole(robot, chosen)):
         values = np.prod([f.value(at) for f in candidate], axis=0)
         sign = 1.0 if float(values @ truth) >= 0 else -1.0
-        error = float(np.abs(sign * values - truth).max() / max(float(np.abs(truth).max()), SMALLEST))
+        error = float(np.abs(sign * values - truth).max() / max(float(np.abs(truth).max()), LEAST_DIVISOR))
         if error < CLEAR:
             return DeterminantFactors(robot, chosen, sign, tuple(_written(robot, f) for f in candidate), error)
     raise InputError("performance.not_square", robot=robot.name, n=robot.n)

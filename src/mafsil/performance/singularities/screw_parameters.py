@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, Vector3, as_batch, not_negative, positive
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
-from mafsil.performance.tolerances import CLEAR, COARSEST, ROUNDOFF, SHOWN, SINGLE_DIGITS, SMALLEST, WITHIN
+from mafsil.performance.tolerances import CLEAR, COARSEST, ROUNDOFF, SHOWN, SINGLE_DIGITS, WITHIN
 from mafsil.performance.velocity.scaling import TOLERANCE, at_point, central_point, rank_in_doubt, rank_of
 
 
@@ -205,7 +206,7 @@ def echelon(rows: Floats) -> Floats:
         if done == k:
             break
         pivot = done + int(np.abs(A[done:, column]).argmax())
-        if abs(A[pivot, column]) <= SINGLE_DIGITS * max(float(np.abs(A[done:]).max()), SMALLEST):
+        if abs(A[pivot, column]) <= SINGLE_DIGITS * max(float(np.abs(A[done:]).max()), LEAST_DIVISOR):
             continue
         A[[done, pivot]] = A[[pivot, done]]
         A[done] /= A[done, column]

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.algebra.tolerance import DESCRIBED
-from mafsil.algebra.tolerance import SMALLEST_DIVISOR as SMALLEST
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, not_negative
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.model import JointKind
 from mafsil.performance.singularities.axis_cases import Axes, SingularityCause, causes
@@ -327,7 +327,7 @@ class Singularity(
         if not self.in_doubt:
             return []
         ratios = self.singular_values / self.singular_values[0]
-        nearest = float(ratios[np.argmin(np.abs(np.log(np.maximum(ratios, SMALLEST) / self.tolerance)))])
+        nearest = float(ratios[np.argmin(np.abs(np.log(np.maximum(ratios, LEAST_DIVISOR) / self.tolerance)))])
         return [say("performance.rank_in_doubt", language=language, ratio=nearest, tolerance=self.tolerance)]
 
     def to_dict(self) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.performance.tolerances import (
     CLEAR,
     COMPUTED,
@@ -21,7 +22,6 @@ from mafsil.performance.tolerances import (
     ROOT_STEP,
     SAME_FORM,
     SHOWN,
-    SMALLEST,
     WITHIN,
 )
 
@@ -194,7 +194,7 @@ def fit_trigonometric_form(
     )
     form = TrigonometricForm(joints, tuple(bool(prismatic[j]) for j in joints), terms)
     trial = _trial(n, prismatic, scale, rng, 32)
-    return form if np.abs(form(trial) - function(trial)).max() < CLEAR * max(largest, SMALLEST) else None
+    return form if np.abs(form(trial) - function(trial)).max() < CLEAR * max(largest, LEAST_DIVISOR) else None
 
 
 def _dependencies(
@@ -207,7 +207,7 @@ def _dependencies(
     for j in range(n):
         moved = start.copy()
         moved[:, j] = other[:, j]
-        if np.abs(function(moved) - reference).max() > SAME_FORM * max(float(np.abs(reference).max()), SMALLEST):
+        if np.abs(function(moved) - reference).max() > SAME_FORM * max(float(np.abs(reference).max()), LEAST_DIVISOR):
             found.append(j)
     return tuple(found)
 

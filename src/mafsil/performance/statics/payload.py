@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.performance.dexterity.directions import unit_direction
-from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SMALLEST
+from mafsil.performance.tolerances import CLEAR, ROUNDOFF
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import require_one
 from mafsil.performance.velocity.tasks import Task, task_jacobian, task_rows
@@ -75,7 +76,7 @@ def _capacity(robot: Robot, q: ArrayLike, load: Floats, gravity: bool) -> LoadCa
     limits = np.asarray(robot.limits.effort)
     with np.errstate(divide="ignore", invalid="ignore"):
         multiples = np.where(load > 0, limits - weight, limits + weight) / np.abs(load)
-    bears = np.abs(load) > ROUNDOFF * np.maximum(np.abs(load).max(axis=-1, keepdims=True), SMALLEST)
+    bears = np.abs(load) > ROUNDOFF * np.maximum(np.abs(load).max(axis=-1, keepdims=True), LEAST_DIVISOR)
     multiples = np.where(bears, multiples, np.where(np.isnan(load) | np.isnan(weight), np.nan, np.inf))
     joint = multiples.argmin(axis=-1)
     largest = multiples.min(axis=-1)
@@ -149,7 +150,7 @@ def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravi
         raise InputError("performance.too_weak", robot=robot.name, joint=worst)
     A, b = np.concatenate([J.T, -J.T]), np.concatenate([limits - weight, limits + weight])
     size = np.linalg.norm(A, axis=1)
-    if np.linalg.matrix_rank(J, tol=CLEAR * size.max(initial=SMALLEST)) < len(task_rows(task)):
+    if np.linalg.matrix_rank(J, tol=CLEAR * size.max(initial=LEAST_DIVISOR)) < len(task_rows(task)):
         raise InputError("performance.flat", robot=robot.name)
     A, b = A[size > ROUNDOFF] / size[size > ROUNDOFF, None], b[size > ROUNDOFF] / size[size > ROUNDOFF]
     unknowns: int = A.shape[1]

@@ -18,13 +18,13 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3, Vector6, as_batch, not_negative, single
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, vector
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import wrench
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.messages import say
 from mafsil.model.joint import polynomial
 from mafsil.model.link import Inertial
 from mafsil.model.loading import RobotLike
-from mafsil.performance.tolerances import SMALLEST
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE, require_one
 from mafsil.robot import Robot, as_robot, of_robot
@@ -242,7 +242,7 @@ class VirtualWork(Answer, data="rates work"):
     @property
     def status(self) -> EquilibriumStatus:
         """Equilibrium, if the largest power is none beside the sizes that cancel."""
-        balanced = np.abs(self.work).max(initial=0.0) <= self.tolerance * max(self.size, SMALLEST)
+        balanced = np.abs(self.work).max(initial=0.0) <= self.tolerance * max(self.size, LEAST_DIVISOR)
         return EquilibriumStatus.EQUILIBRIUM if balanced else EquilibriumStatus.NO_EQUILIBRIUM
 
     def explain(self, language: str | None = None) -> str:
@@ -283,7 +283,7 @@ def virtual_work(
     A = np.zeros((0, robot.n)) if constraint is None else np.atleast_2d(as_batch("constraint", constraint, (robot.n,)))
     if len(A):
         _, s, Vt = np.linalg.svd(A)
-        rates = Vt[int((s > TOLERANCE * max(float(s[0]), SMALLEST)).sum()) :]
+        rates = Vt[int((s > TOLERANCE * max(float(s[0]), LEAST_DIVISOR)).sum()) :]
     else:
         rates = np.eye(robot.n)
     size = float(sum(np.abs(term).sum() for term in terms))

@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch, not_negative, positive, single, whole
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import wrench
 from mafsil.messages import say
 from mafsil.performance.singularities.screw_parameters import vector_text, wrench_screw
 from mafsil.performance.singularities.singular_configuration import wrenches_of
-from mafsil.performance.tolerances import CLEAR, COARSEST, ROUNDOFF, SMALLEST
+from mafsil.performance.tolerances import CLEAR, COARSEST, ROUNDOFF
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
 from mafsil.performance.velocity.tasks import Task
@@ -177,7 +178,7 @@ def tip_wrench(
     balanced = np.einsum("...ij,...i->...j", Vt, np.where(kept, along, 0.0))
     unbalanced = (loads - balanced) / scaled.columns
     size = np.abs(efforts).max(axis=-1)
-    moving = np.abs(unbalanced).max(axis=-1) > CLEAR * np.maximum(size, SMALLEST)
+    moving = np.abs(unbalanced).max(axis=-1) > CLEAR * np.maximum(size, LEAST_DIVISOR)
     free = found < len(scaled.rows)
     single = scaled.J.ndim == 2
     carried, motion = _kernels(scaled, tolerance) if single else (np.zeros((0, 6)), np.zeros((0, robot.n)))
@@ -328,7 +329,7 @@ def in_equilibrium(wrenches: ArrayLike, *, length: float = 1.0, tolerance: float
     length = positive("length", length)
     tolerance = not_negative("tolerance", tolerance)
     F = np.atleast_2d(as_batch("wrenches", wrenches, (6,), finite=True)) / np.array([length] * 3 + [1.0] * 3)
-    return bool(np.abs(F.sum(axis=0)).max() <= tolerance * max(float(np.abs(F).sum()), SMALLEST))
+    return bool(np.abs(F.sum(axis=0)).max() <= tolerance * max(float(np.abs(F).sum()), LEAST_DIVISOR))
 
 
 def work(wrenches: ArrayLike, twists: ArrayLike, times: ArrayLike) -> float:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import require_function, single
 from mafsil.errors import InputError
+from mafsil.floating_point import EPS
 from mafsil.geometry import pose, screw, twist
 
 
@@ -86,4 +86,4 @@ def along(
 
 
 def _exact(value: float) -> Work:
-    return Work(value, 8 * float(np.finfo(float).eps) * abs(value))
+    return Work(value, 8 * EPS * abs(value))

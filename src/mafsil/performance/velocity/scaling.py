@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.arrays import Floats, Vector3, as_batch, positive
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.model import JointKind
 from mafsil.model.skeleton import reach
-from mafsil.performance.tolerances import CLEAR, NO_LEVER, ROUNDOFF, SMALLEST, TOLERANCE
+from mafsil.performance.tolerances import CLEAR, NO_LEVER, ROUNDOFF, TOLERANCE
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.tasks import Task, task_rows
 from mafsil.robot import Robot, of_robot
@@ -183,7 +184,7 @@ def scaled_jacobian(
 def rank_of(singular_values: Floats, tolerance: float = TOLERANCE) -> NDArray[np.int64]:
     """(*batch) how many singular values (*batch, k) exceed tolerance times the largest; -1 where they are NaN."""
     largest = singular_values[..., :1]
-    count = (singular_values > np.maximum(tolerance * largest, SMALLEST)).sum(axis=-1)
+    count = (singular_values > np.maximum(tolerance * largest, LEAST_DIVISOR)).sum(axis=-1)
     return np.where(np.isnan(singular_values).any(axis=-1), -1, count)
 
 

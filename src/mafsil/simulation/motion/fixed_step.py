@@ -14,8 +14,9 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.simulation.motion.system import DrivenRobot, variational_kernel
-from mafsil.simulation.tolerances import FAILED, NEWTON_RESIDUAL, PART_OF_STEP, SMALLEST
+from mafsil.simulation.tolerances import FAILED, NEWTON_RESIDUAL, PART_OF_STEP
 from mafsil.solvers import integrate, method, second_order
 from mafsil.solvers.integrate import State
 from mafsil.solvers.outcome import Outcome, SolverStatus
@@ -257,7 +258,7 @@ class _MidpointStep:
     def solve(self, t: float, q: Floats, p: Floats, v: Floats, h: float) -> tuple[Floats, Floats] | None:
         """Mean rate over the step and momentum at its end; None if there is no solution near the guess."""
         n, system = self.system.n, self.system
-        size = float(np.abs(p).max(initial=0.0)) + SMALLEST
+        size = float(np.abs(p).max(initial=0.0)) + LEAST_DIVISOR
         clock, before, stuck = np.asarray(h), np.inf, 0
         for _ in range(NEWTON):
             load = self.zero if self.free else system.load(t + h / 2.0, q + (h / 2.0) * v, v)

@@ -28,6 +28,7 @@ from mafsil.arrays import (
     single,
 )
 from mafsil.errors import InputError
+from mafsil.floating_point import EPS
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.lazy_module import lazily
 from mafsil.model import Mechanism
@@ -46,7 +47,7 @@ Source: TypeAlias = "ArrayLike | Sampled | Callable[..., ArrayLike] | None"
 """None, an array, `Sampled`, f(t) or f(t, q, qd)."""
 Signal: TypeAlias = Callable[[float, JointVector, JointVector], Floats]
 """Value at a time and state."""
-ROUNDING = 8 * 2.0**-52
+ROUNDING = 8 * EPS
 """Relative error of a time that is still the time of a sample; less than `solvers.adaptive.EDGE`."""
 Rates: TypeAlias = Callable[[float, Floats], Floats]
 

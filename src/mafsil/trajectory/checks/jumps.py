@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import EPS
 from mafsil.trajectory.motion import Trajectory, derivative
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
@@ -14,9 +15,9 @@ NEAR = 1e-6
 """How far beside a break a derivative is looked at, relative to the shorter piece beside it."""
 JUMP = 1e-6
 """A jump, relative to the largest value of its derivative and in SI units for the position; below it is rounding."""
-CLOSEST = 16 * np.finfo(np.float64).eps
+CLOSEST = 16 * EPS
 """Share of the duration below which two times are one."""
-CONSTRUCTED = 64 * np.finfo(np.float64).eps
+CONSTRUCTED = 64 * EPS
 """Share of the position, over the k-th power of a piece's length, by which derivative k is off by rounding."""
 INSIDE = np.array([0.1, 0.21, 0.38, 0.5, 0.62, 0.79, 0.9])
 """Shares of a piece at which its derivatives are looked at: of no smooth motion all are zeros."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.ik.tolerances import NEARLY_SINGULAR
 from mafsil.robot import Robot
@@ -223,7 +224,7 @@ def _singular_stretches(piece: Piece) -> Iterator[FastStretch]:
     """Where the arm is nearly singular; not where that is the edge of its reach, which is a difficulty of its own."""
     robot = piece.robot
     ratios = conditioning(robot, piece.q, piece.task)
-    excess = NEARLY_SINGULAR / np.maximum(ratios, 1e-300)
+    excess = NEARLY_SINGULAR / np.maximum(ratios, LEAST_DIVISOR)
     for a, b in _runs(excess > 1.0):
         at_edge = (a == 0 and piece.s[0] > 0.0) or (b == len(piece.s) - 1 and piece.s[-1] < 1.0)
         if at_edge:

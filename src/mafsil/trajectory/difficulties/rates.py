@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.performance import generic_rank, singular_values
 from mafsil.performance.singularities.axis_cases import SingularityCause
 from mafsil.performance.singularities.singular_configuration import default_task, singularity
@@ -102,7 +103,7 @@ def distance_from_path(robot: Robot, path: TipPath, q: JointVector) -> Floats:
 def _to_segments(points: Floats, a: Floats, b: Floats) -> Floats:
     """(k,) distances of points from the segments from a to b, (k, 3) each."""
     along, since = b - a, points - a
-    share = (since * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-300)
+    share = (since * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), LEAST_DIVISOR)
     return np.linalg.norm(since - np.clip(share, 0.0, 1.0)[:, None] * along, axis=1)
 
 

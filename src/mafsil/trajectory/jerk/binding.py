@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
 from mafsil.trajectory.tolerances import GIVEN
@@ -104,7 +105,7 @@ def bindings_of(begins: list[Floats], v: list[Floats], a: list[Floats], j: list[
 def _touch(value: Floats, pair: Floats) -> float | None:
     """The bound that the values keep to."""
     for bound in pair:
-        if np.isfinite(bound) and (np.abs(value - bound) <= GIVEN * max(abs(bound), 1e-300)).all():
+        if np.isfinite(bound) and (np.abs(value - bound) <= GIVEN * max(abs(bound), LEAST_DIVISOR)).all():
             return float(bound)
     return None
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil import threads
 from mafsil.arrays import Floats
+from mafsil.floating_point import EPS
 from mafsil.lazy_module import lazily
 from mafsil.trajectory.jerk.motion import JerkLimitedBatch, JerkLimitedMotion, Pieces
 from mafsil.trajectory.jerk.problem import (
@@ -177,11 +178,7 @@ def _judge(problem: Problem, outcome: Floats, pieces: Pieces) -> None:
         times, jerks = np.empty((2, *counts.shape, MOST_PIECES))
         _rows(again, again.states, found, counts, times, jerks)
         part = Pieces(again.states, counts, times, jerks)
-        fine = (
-            (found[:, 0] == 0.0)
-            & (problem.cycle <= np.finfo(np.float64).eps * found[:, 3])
-            & _arrives(again, found, part)
-        )
+        fine = (found[:, 0] == 0.0) & (problem.cycle <= EPS * found[:, 3]) & _arrives(again, found, part)
         good, bad = bad[fine], bad[~fine]
         outcome[good], pieces.count[good] = found[fine], counts[fine]
         pieces.times[good], pieces.jerks[good] = times[fine], jerks[fine]

@@ -13,6 +13,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, RotationMatrix, Vector3
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import euler, rotation
 from mafsil.trajectory.paths.positions import PositionCurve
 from mafsil.trajectory.paths.rotation_curves import RotationMotion, exponential, of_matrices, product, rotate_rows
@@ -257,7 +258,7 @@ class AlongTangent:
         slope = curve.derivatives(s)[1]
         speed = np.linalg.norm(slope, axis=-1)
         across = np.linalg.norm(np.cross(up, slope), axis=-1)
-        if (across <= 1e-6 * max(float(speed.max()), 1e-300)).any():
+        if (across <= 1e-6 * max(float(speed.max()), LEAST_DIVISOR)).any():
             raise InputError("trajectory.tangent", place=float(s[across.argmin()]), up=str(up))
         law = cls(curve, up, np.eye(3))
         return cls(curve, up, law.at(np.zeros(())).R.T @ R)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, positive, whole
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
 from mafsil.robot import Robot, of_robot
@@ -191,7 +192,7 @@ def _measure(name: str, robot: Robot, generator: TrajectoryGenerator, path: Cart
         q[k], qd[k] = motion.u, motion.v
     tip = robot.forward_kinematics(q)[:, :3, 3]
     chord = path.T_goal[:3, 3] - path.T_start[:3, 3]
-    along = chord / max(float(np.linalg.norm(chord)), 1e-300)
+    along = chord / max(float(np.linalg.norm(chord)), LEAST_DIVISOR)
     off = tip - path.T_start[:3, 3]
     off = off - (off @ along)[:, None] * along
     return Route(name, generator.report(), float(np.abs(qd).max()), float(np.linalg.norm(off, axis=1).max()))

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, calculable, positive, real_array, require_finite, require_kind
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.solvers import Outcome
 from mafsil.trajectory.motion import Motion, Printed, Stretchable, Trajectory, times
 from mafsil.trajectory.profiles.trapezoid import Synchronisation
@@ -216,7 +217,7 @@ def on_common_knots(columns: Several[PiecewisePolynomial]) -> PiecewisePolynomia
     knots = np.unique(np.concatenate([column.knots for column in columns]))
     lengths = np.diff(knots)
     # Knots that differ by rounding alone are one.
-    kept = np.concatenate([[True], lengths > 4e-15 * max(float(knots[-1]), 1e-300)])
+    kept = np.concatenate([[True], lengths > 4e-15 * max(float(knots[-1]), LEAST_DIVISOR)])
     knots = knots[kept]
     if len(knots) < 2:
         return PiecewisePolynomial.from_pieces([0.0], np.concatenate([c.coefficients[:1, :1] for c in columns], -1))

@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.robot import Robot
 from mafsil.trajectory.path import PathPoint
 
@@ -94,7 +95,7 @@ class EffortLimit:
         g = g + self.robot.friction_torque(rest)
         reverses = ends[0] * ends[1] <= 0.0
         steep = np.where(reverses, np.abs(ends).max(axis=0), np.abs(here.slope))
-        about = np.maximum(x, LOWEST * max(float(x.max(initial=0.0)), 1e-300))
+        about = np.maximum(x, LOWEST * max(float(x.max(initial=0.0)), LEAST_DIVISOR))
         forth, back = (self._bounds(sign * steep, about, np.maximum(most, about)) for sign in (1.0, -1.0))
         ahead = reverses | (here.slope >= 0.0)
         up, up_at_rest = (np.where(ahead, *pair) for pair in zip(forth[:2], back[:2], strict=True))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from mafsil import threads
 from mafsil.arrays import Floats
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.lazy_module import lazily
 from mafsil.trajectory.motion_limits import MotionLimits
 from mafsil.trajectory.path import JointPath
@@ -266,7 +267,7 @@ def smooth_timing(timing: Timing, width: float, pieces: int) -> PiecewisePolynom
     bends = np.union1d(moments, moments + width)
     acceleration = (_velocity(timing, moments, bends) - _velocity(timing, moments, bends - width)) / width
     variation = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(acceleration)))])
-    measure = bends / total + variation / max(float(variation[-1]), 1e-300)
+    measure = bends / total + variation / max(float(variation[-1]), LEAST_DIVISOR)
     even = np.linspace(0.0, float(measure[-1]), pieces + 1)
     knots: Floats = np.asarray(np.interp(even, measure, bends), dtype=np.float64)
     # 2.
