@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import mafsil as mf
+from mafsil.cli.design import design as answer_of_command
 from mafsil.collision import Box, Obstacle, Scene
 from mafsil.design import FlexibleArm, ParametricArm, TaskSet, evaluate, measure_designs
 from mafsil.design.tasks import MEASURES
+from mafsil.errors import InputError
+from mafsil.job import solve_file, task_set
 from tests.design.test_arm import TABLE
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def plane_arm(a: float = 0.5, b: float = 0.4) -> ParametricArm:
@@ -119,3 +126,58 @@ def test_wrong_arguments() -> None:
         TaskSet(np.eye(4)[None], task="axis")  # type: ignore[arg-type]
     with pytest.raises(mf.InputError, match="measure"):
         measure_designs([plane_arm().at()], TaskSet.of({"points": [[0.3, 0, 0]]}), ["beauty"])
+
+
+JOB = """
+robot = "panda"
+
+[[move]]
+pose = { position = [0.45, 0.25, 0.3], rpy = [3.14159265, 0.0, 0.0] }
+
+[[move]]
+pick = { name = "part", mass = 0.7, offset = [0.0, 0.0, 0.05], com = [0.0, 0.0, 0.02] }
+
+[[move]]
+pose = { position = [0.45, -0.25, 0.3], rpy = [3.14159265, 0.0, 0.0] }
+
+[[move]]
+place = true
+
+[[move]]
+pose = { position = [0.45, 0.0, 0.5], rpy = [3.14159265, 0.0, 0.0] }
+
+[[obstacle]]
+name = "post"
+box = [0.1, 0.1, 0.4]
+position = [0.0, 0.7, 0.2]
+"""
+
+
+def test_a_job_gives_its_poses_its_heaviest_part_its_cycle_and_its_obstacles(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text(JOB)
+    tasks = task_set(tmp_path / "cell.toml")
+    assert tasks.poses[:, :3, 3] == pytest.approx(np.array([[0.45, 0.25, 0.3], [0.45, -0.25, 0.3], [0.45, 0.0, 0.5]]))
+    assert (tasks.payload, tuple(tasks.centre)) == (0.7, pytest.approx((0.0, 0.0, 0.07)))
+    assert tasks.scene is not None
+    assert [thing.name for thing in tasks.scene] == ["post"]
+    run = solve_file(tmp_path / "cell.toml", plant="kinematic")
+    assert tasks.period == pytest.approx(run.plan.cycle)
+    found = evaluate("panda", tasks)
+    assert found
+    for q, T in zip(found.q, tasks.poses, strict=True):
+        assert mf.load("panda").fk(q) == pytest.approx(T, abs=1e-8)
+
+
+def test_a_job_that_cannot_be_planned_gives_no_tasks(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text(JOB.replace("0.45, -0.25", "1.45, -0.25"))
+    with pytest.raises(InputError, match="cannot be planned"):
+        task_set(tmp_path / "cell.toml")
+
+
+def test_the_command_takes_tasks_from_a_job(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text(JOB)
+    table = (ROOT / "examples/design/arm.toml").read_text().split("[tasks]")[0]
+    (tmp_path / "arm.toml").write_text(f'{table}[tasks]\njob = "cell.toml"\n')
+    given = answer_of_command("tasks", str(tmp_path / "arm.toml"), None, None, None, None)
+    assert len(given.data["q"]) == 3
+    assert np.isfinite(given.data["measures"]["peak_torque"])

@@ -237,6 +237,7 @@ CALLS = (
     "mf.design.pick_drives(design=STUDY, catalogue=SIZES, q=Q23, qd=0 * Q23 + 1, qdd=0 * Q23, payload=1.0, "
     "backlash=0.01)",
     "mf.design.optimise(arm=FAMILY, tasks=CHORE, goals=['mass'], limits={'mass': 9.0}, population=5, generations=1)",
+    "mf.design.payload_map(design='puma560', at=0.1, cell=0.5, rpy=[[3.0, 0.0, 0.0]])",
     # trajectory
     "trajectory.bspline(control_points=[[0.0], [1.0], [2.0], [1.0]], duration=1.0)",
     "trajectory.cartesian_line(robot=R6, q_start=Q6, T_goal=LINE6, duration=2.0, tolerance=1e-6)",
@@ -338,6 +339,7 @@ SLOW = (
 
 ABSENT = {
     "mf.design.allocate": ("cost", "bound"),
+    "mf.design.payload_map": ("payload", "q", "least", "least_at", "largest"),
     "mf.design.pick_drives": ("total", "mass", "peak", "heat", "speed"),
     "mf.design.optimise": ("peak", "rms", "speed", "energy", "payload", "frequency", "measures"),
     "ik.track": ("stopped_at", "drift"),

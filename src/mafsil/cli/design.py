@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import count, number
+from mafsil.cli.picture import PLAIN, drawn, require_kind
 from mafsil.design import (
     ArmDesign,
     Catalogue,
@@ -21,10 +23,12 @@ from mafsil.design import (
     evaluate,
     fit_drives,
     optimise,
+    payload_map,
     pick_drives,
 )
 from mafsil.design.tasks import cycle_motion
 from mafsil.errors import FileError, InputError
+from mafsil.job import task_set
 from mafsil.messages import say
 from mafsil.model.saving import save
 from mafsil.robot import Robot
@@ -32,7 +36,8 @@ from mafsil.toml_source import read_toml
 
 Reply: TypeAlias = tuple[dict[str, Any], list[str], bool, Robot]
 """Data, lines, whether the answer is yes, and the robot that `--out` writes."""
-TABLES = ("arm", "tasks", "tolerances", "costs", "search")
+TABLES = ("arm", "tasks", "tolerances", "costs", "search", "payload")
+TOLERANCES = tuple(Tolerances.__dataclass_fields__)
 SAMPLES = 10_000
 """Arms with drawn errors that the first order is held against."""
 
@@ -47,6 +52,7 @@ class _File:
         design: the arm with the chosen values.
         seed: of whatever is random.
         catalogue: file of drives, or None.
+        out: file for what is written, or None.
     """
 
     path: str
@@ -54,6 +60,7 @@ class _File:
     design: ArmDesign
     seed: int
     catalogue: str | None
+    out: str | None
 
     def table(self, name: str) -> dict[str, Any]:
         """One that is needed.
@@ -65,9 +72,17 @@ class _File:
             raise FileError("design.no_part", path=self.path, name=name)
         return dict(cast("dict[str, Any]", self.tables[name]))
 
+    @cached_property
+    def tasks(self) -> TaskSet:
+        """What it shall do: the entries of `[tasks]`, or what the job file does that `job` names there."""
+        table = self.table("tasks")
+        if set(table) != {"job"}:
+            return TaskSet.of(table, self.path)
+        return task_set(Path(self.path).parent / str(table["job"]))
+
     def evaluation(self) -> Evaluation:
         """How the design does its tasks."""
-        return evaluate(self.design, TaskSet.of(self.table("tasks"), self.path), seed=self.seed)
+        return evaluate(self.design, self.tasks, seed=self.seed)
 
     def reached_evaluation(self) -> Evaluation:
         """The same, with every pose reached.
@@ -87,12 +102,12 @@ def design(
     """One of the questions about a parametric arm.
 
     Args:
-        what: `tasks`, `accuracy`, `allocate`, `drives`, `search` or `robot`.
-        file: TOML with `[arm]`, and `[tasks]`, `[tolerances]`, `[costs]`, `[search]` as needed.
+        what: `tasks`, `payload`, `accuracy`, `allocate`, `drives`, `search` or `robot`.
+        file: TOML with `[arm]`, and `[tasks]`, `[payload]`, `[tolerances]`, `[costs]`, `[search]` as needed.
         values: NAME=VALUE of parameters.
         catalogue: CSV or TOML file of drives.
         seed: of the random numbers, as typed.
-        out: file for the robot, of any format that is written.
+        out: file for the robot, of any format that is written; of `payload` for a picture.
 
     Raises:
         MafsilError: no such file, a missing table, numbers out of range.
@@ -107,9 +122,14 @@ def design(
     if arm is None:
         raise FileError("design.no_part", path=file, name="arm")
     chosen = dict(_value(word) for word in values or [])
-    given = _File(file, tables, arm.at(**chosen), 0 if seed is None else count("--seed", seed), catalogue)
+    if what == "payload" and out is not None:
+        require_kind(out, PLAIN)
+    given = _File(file, tables, arm.at(**chosen), 0 if seed is None else count("--seed", seed), catalogue, out)
     data, lines, answer, robot = QUESTIONS[what](given, arm)
-    if out is not None:
+    if out is not None and what == "payload":
+        data["picture"] = out
+        lines.append(say("cli.picture_written", path=out))
+    elif out is not None:
         save(robot.mechanism, Path(out))
         data["out"] = out
         lines.append(say("cli.design_written", path=out))
@@ -135,7 +155,7 @@ def _tasks(given: _File, arm: ParametricArm) -> Reply:
 def _accuracy(given: _File, arm: ParametricArm) -> Reply:
     """At every pose of the tasks; the worst in words."""
     judged, tolerances = given.reached_evaluation(), Tolerances(**_known(given, "tolerances"))
-    payload = float(given.table("tasks").get("payload", 0.0))
+    payload = given.tasks.payload
     found = [accuracy(given.design, q, tolerances, payload=payload, samples=SAMPLES, seed=given.seed) for q in judged.q]
     worst = max(range(len(found)), key=lambda k: found[k].rms)
     lines = found[worst].explain().split("\n")
@@ -153,7 +173,7 @@ def _allocate(given: _File, arm: ParametricArm) -> Reply:
 
 
 def _drives(given: _File, arm: ParametricArm) -> Reply:
-    tasks = TaskSet.of(given.table("tasks"), given.path)
+    tasks = given.tasks
     if given.catalogue is None or tasks.period is None:
         raise InputError("cli.design_drives_need")
     motion = (
@@ -167,14 +187,9 @@ def _drives(given: _File, arm: ParametricArm) -> Reply:
 
 
 def _search(given: _File, arm: ParametricArm) -> Reply:
-    known = ("goals", "limits", "points", "population", "generations", "starts")
-    entries = given.table("search")
-    for name in entries:
-        if name not in known:
-            raise FileError("design.unknown_key", path=given.path, place=f"search.{name}", known=", ".join(known))
+    entries = _known(given, "search", ("goals", "limits", "points", "population", "generations", "starts"))
     goals = entries.pop("goals", [])
-    tasks = TaskSet.of(given.table("tasks"), given.path)
-    front = optimise(arm, tasks, goals, entries.pop("limits", None), seed=given.seed, **entries)
+    front = optimise(arm, given.tasks, goals, entries.pop("limits", None), seed=given.seed, **entries)
     return _shown(front, front.points[0].design.robot if front else given.design.robot)
 
 
@@ -196,8 +211,19 @@ def _section(tube: Any) -> str:
     return "-" if tube is None else f"{1e3 * tube.outer:.4g} x {1e3 * tube.wall:.4g} mm"
 
 
-def _known(given: _File, name: str) -> dict[str, Any]:
-    entries, known = given.table(name), tuple(Tolerances.__dataclass_fields__)
+def _payload(given: _File, arm: ParametricArm) -> Reply:
+    """What it holds over the slice of `[payload]`, and a picture of it."""
+    entries = _known(given, "payload", ("plane", "at", "cell", "rpy", "centre"))
+    held = payload_map(given.design, **entries)
+    if given.out is not None:
+        from mafsil.figures.workspace_slice import plot_payload_map
+
+        drawn(lambda path: plot_payload_map(held, path), given.out)
+    return _shown(held, given.design.robot)
+
+
+def _known(given: _File, name: str, known: tuple[str, ...] = TOLERANCES) -> dict[str, Any]:
+    entries = given.table(name)
     for key in entries:
         if key not in known:
             raise FileError("design.unknown_key", path=given.path, place=f"{name}.{key}", known=", ".join(known))
@@ -206,5 +232,5 @@ def _known(given: _File, name: str) -> dict[str, Any]:
 
 QUESTIONS: dict[str, Callable[[_File, ParametricArm], Reply]] = {
     "robot": _robot, "tasks": _tasks, "accuracy": _accuracy, "allocate": _allocate, "drives": _drives,
-    "search": _search,
+    "search": _search, "payload": _payload,
 }  # fmt: skip

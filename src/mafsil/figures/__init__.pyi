@@ -48,4 +48,5 @@ from mafsil.figures.touching import plot_virtual_impedance as plot_virtual_imped
 from mafsil.figures.velocity_and_force import plot_free_bodies as plot_free_bodies
 from mafsil.figures.velocity_and_force import plot_joint_screws as plot_joint_screws
 from mafsil.figures.velocity_and_force import plot_unreachable_frame as plot_unreachable_frame
+from mafsil.figures.workspace_slice import plot_payload_map as plot_payload_map
 from mafsil.figures.workspace_slice import plot_placement as plot_placement

@@ -12,6 +12,7 @@ import numpy as np
 
 from mafsil.collision import Scene
 from mafsil.collision.tree_loops import boxes_of
+from mafsil.design import PayloadMap
 from mafsil.errors import InputError
 from mafsil.figures.performance_sheet import INK, SHELL, SINGULAR, flat_axes, label, save, sheet
 from mafsil.figures.picture_file import picture_file
@@ -60,6 +61,38 @@ def save_workspace(workspace: WorkspaceMap, path: str | PathLike[str], *, langua
 
 def _unit(workspace: WorkspaceMap) -> str:
     return "m³" if workspace.view == "radial" else "m²"
+
+
+def plot_payload_map(held: PayloadMap, path: str | PathLike[str], *, language: str | None = None) -> None:
+    """Draw what an arm holds over a slice, one panel for each orientation of its tool; the dot is where it is least.
+
+    Args:
+        held: the map.
+        path: .png, .svg or .pdf.
+        language: of the labels; the current one if None.
+
+    Raises:
+        InputError: an ending of no picture.
+    """
+    path = picture_file(path)
+    count = held.payload.shape[2]
+    figure = sheet(6.0 * count, 5.2)
+    panels: Any = figure.subplots(1, count, squeeze=False)[0]
+    shown = np.ma.masked_invalid(held.payload)
+    most = float(np.percentile(shown.compressed(), 95)) if shown.count() else 1.0
+    images: list[Any] = []
+    for k, axes in enumerate(panels):
+        edges = [np.append(c - held.cell / 2, c[-1] + held.cell / 2) for c in (held.x, held.y)]
+        images.append(axes.pcolormesh(*edges, shown[..., k].T, cmap="viridis", vmin=0.0, vmax=most, rasterized=True))
+        axes.plot(*held.least_at, "o", color=SINGULAR, markersize=5)
+        flat_axes(axes, *_NAMES[held.plane])
+        if len(held.rpy):
+            axes.set_title(f"rpy = {', '.join(f'{angle:.3g}' for angle in held.rpy[k])} rad", fontsize=9)
+    bar = figure.colorbar(images[0], ax=list(panels), shrink=0.8, pad=0.02, extend="max")
+    bar.outline.set_visible(False)
+    bar.set_label(label("payload", language))
+    figure.suptitle(label("payload_map", language, robot=held.robot, least=held.least), fontsize=9)
+    save(figure, path)
 
 
 def plot_placement(

@@ -9,3 +9,4 @@ from mafsil.job.run import Run as Run
 from mafsil.job.schema import schema as schema
 from mafsil.job.solve import solve as solve
 from mafsil.job.solve import solve_file as solve_file
+from mafsil.job.task_set import task_set as task_set
