@@ -38,6 +38,8 @@ Reply: TypeAlias = tuple[dict[str, Any], list[str], bool, Robot]
 """Data, lines, whether the answer is yes, and the robot that `--out` writes."""
 TABLES = ("arm", "tasks", "tolerances", "costs", "search", "payload")
 TOLERANCES = tuple(Tolerances.__dataclass_fields__)
+PAGES = {"payload": "picture", "report": "page"}
+"""Questions whose `--out` is no robot, and what it is."""
 SAMPLES = 10_000
 """Arms with drawn errors that the first order is held against."""
 
@@ -102,12 +104,12 @@ def design(
     """One of the questions about a parametric arm.
 
     Args:
-        what: `tasks`, `payload`, `accuracy`, `allocate`, `drives`, `search` or `robot`.
+        what: `tasks`, `report`, `payload`, `accuracy`, `allocate`, `drives`, `search` or `robot`.
         file: TOML with `[arm]`, and `[tasks]`, `[payload]`, `[tolerances]`, `[costs]`, `[search]` as needed.
         values: NAME=VALUE of parameters.
         catalogue: CSV or TOML file of drives.
         seed: of the random numbers, as typed.
-        out: file for the robot, of any format that is written; of `payload` for a picture.
+        out: file for the robot, of any format that is written; of `payload` for a picture, of `report` for the page.
 
     Raises:
         MafsilError: no such file, a missing table, numbers out of range.
@@ -126,9 +128,9 @@ def design(
         require_kind(out, PLAIN)
     given = _File(file, tables, arm.at(**chosen), 0 if seed is None else count("--seed", seed), catalogue, out)
     data, lines, answer, robot = QUESTIONS[what](given, arm)
-    if out is not None and what == "payload":
-        data["picture"] = out
-        lines.append(say("cli.picture_written", path=out))
+    if out is not None and what in PAGES:
+        data[PAGES[what]] = out
+        lines.append(say(f"cli.{PAGES[what]}_written", path=out))
     elif out is not None:
         save(robot.mechanism, Path(out))
         data["out"] = out
@@ -222,6 +224,19 @@ def _payload(given: _File, arm: ParametricArm) -> Reply:
     return _shown(held, given.design.robot)
 
 
+def _report(given: _File, arm: ParametricArm) -> Reply:
+    """The tasks, and a page of them; with `[tolerances]` also the accuracy at every pose."""
+    if given.out is None:
+        raise InputError("cli.design_report_needs")
+    from mafsil.report.design_report import write_design
+
+    judged, payload = given.reached_evaluation(), given.tasks.payload
+    tolerances = Tolerances(**_known(given, "tolerances")) if "tolerances" in given.tables else None
+    errors = [] if tolerances is None else [accuracy(given.design, q, tolerances, payload=payload) for q in judged.q]
+    write_design(judged, given.tasks, given.out, tolerances=tolerances, errors=errors)
+    return _shown(judged, given.design.robot)
+
+
 def _known(given: _File, name: str, known: tuple[str, ...] = TOLERANCES) -> dict[str, Any]:
     entries = given.table(name)
     for key in entries:
@@ -233,4 +248,5 @@ def _known(given: _File, name: str, known: tuple[str, ...] = TOLERANCES) -> dict
 QUESTIONS: dict[str, Callable[[_File, ParametricArm], Reply]] = {
     "robot": _robot, "tasks": _tasks, "accuracy": _accuracy, "allocate": _allocate, "drives": _drives,
     "search": _search, "payload": _payload,
+    "report": _report,
 }  # fmt: skip

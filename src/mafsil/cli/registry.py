@@ -253,7 +253,7 @@ OPERATIONS: tuple[Operation, ...] = (
                 "text",
                 positional=True,
                 required=True,
-                choices=("robot", "tasks", "payload", "accuracy", "allocate", "drives", "search"),
+                choices=("robot", "tasks", "report", "payload", "accuracy", "allocate", "drives", "search"),
             ),
             Parameter("file", "path", positional=True, required=True, reads=True, endings=(".toml",)),
             Parameter("values", "text", many=True, metavar="NAME=VALUE"),
