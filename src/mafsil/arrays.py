@@ -233,7 +233,7 @@ def require_finite(name: str, array: Floats) -> Floats:
     # The sum of few numbers is finite if they are, and found sooner; finite numbers whose sum overflows are looked at.
     if not (array.size <= FEW and isfinite(sum(array.ravel().tolist()))) and not np.isfinite(array).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise InputError("input.finite", name=name, value=array[index], index=index)
+        raise InputError("input.finite" if index else "input.finite_alone", name=name, value=array[index], index=index)
     return array
 
 

@@ -141,7 +141,7 @@ WRONG = {
     "boolean": (lambda q, s: ((np.ones(3, bool), s), {}), "q: expected real numbers"),
     "none": (lambda q, s: ((None, s), {}), "q: expected real numbers"),
     "nan": (lambda q, s: (([0, np.nan, 0], s), {}), r"q: nan at index \(1,\)"),
-    "infinite scalar": (lambda q, s: ((q, np.inf), {}), r"shift: inf at index \(\)"),
+    "infinite scalar": (lambda q, s: ((q, np.inf), {}), r"shift: inf is not a finite number"),
     "missing": (lambda q, s: ((q,), {}), "planar_arm takes q, shift; got 1"),
     "too many": (lambda q, s: ((q, s, s), {}), "planar_arm takes q, shift; got 3"),
     "twice": (lambda q, s: ((q, s), {"q": q}), "planar_arm takes q, shift; got 2, q"),

@@ -379,7 +379,7 @@ def _curvature(name: str, value: float | ArrayLike, n: Floats, pointed: bool = F
     if not real_array(name, value).ndim:
         number = _number(name, value)  # type: ignore[arg-type]
         if not isfinite(number) and not (pointed and number == POINTED):
-            raise InputError("input.finite", name=name, value=number, index=())
+            raise InputError("input.finite_alone", name=name, value=number)
         return number
     K = single(name, value, (3, 3)) if len(n) == 3 else single(name, value, ())
     size = float(np.abs(K).max())
