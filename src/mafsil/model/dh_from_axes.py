@@ -22,12 +22,11 @@ from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.errors import ModelError
 from mafsil.model.denavit_hartenberg import Convention, DHRow, convention_of, dh_parameters, mechanism_from_dh
 from mafsil.model.exponential_products import screws
-from mafsil.model.exponentials import mechanism_from_screws
+from mafsil.model.exponentials import ArmParts, mechanism_from_screws
 from mafsil.model.joint import JointKind
 from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along, inverse, rotation_x, translation
-from mafsil.model.serial import ArmParts
 from mafsil.model.tolerances import PARALLEL, WRITTEN
 
 

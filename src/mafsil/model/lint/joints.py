@@ -30,7 +30,7 @@ from mafsil.model.lint.finding import (
 )
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.moved_matter import joints_that_move_matter
-from mafsil.model.numbers import written
+from mafsil.model.reading import written
 from mafsil.model.tolerances import WRITTEN
 
 TURNS = 4 * pi + 0.1
