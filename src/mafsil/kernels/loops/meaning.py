@@ -18,9 +18,9 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil.kernels.identity import code_hash
 from mafsil.kernels.loops.definition import Definition
 from mafsil.kernels.loops.kinds import EditedError
-from mafsil.kernels.sources import code_hash
 
 
 @dataclass(frozen=True)
