@@ -24,6 +24,7 @@ OURS = {
     "kernels/loops/meaning.py": "our own sources",
     "kernels/identity.py": "our own sources, and what the processor is",
     "kernels/result_memory.py": "the size of the processor's cache",
+    "model/vocabulary.py": "our own vocabularies",
     "mechanics/catalogue.py": "our own sources",
     "scene/modules.py": "our own scripts",
     "report/page.py": "our own template",

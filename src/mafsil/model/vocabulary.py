@@ -2,7 +2,8 @@
 
 Rows name an element by its tag or, where a tag means several things, by `parent/tag`. A name that a format has had only
 for a while carries its versions: `quat_xyzw@1.1` from 1.1 on, `frame@1.5-1.6` no longer than 1.6. What lies below an
-element that is not read as a whole is covered by its row.
+element that is not read as a whole is covered by its row. The rows of a format stand in its folder, in
+`vocabulary.toml`.
 
 Unknown names are reported with the nearest known one; names of other versions are taken out of the tree, as the
 format's own reader ignores them.
@@ -10,12 +11,14 @@ format's own reader ignores them.
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
+from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from mafsil.model.diagnostics import Fault, Repair
 from mafsil.model.faults import IGNORED_ELEMENT, NOT_KEPT, OTHER_VERSION
@@ -119,6 +122,19 @@ def _span(versions: str) -> tuple[Version, Version]:
 def _version(text: str) -> Version:
     major, _, minor = text.partition(".")
     return int(major), int(minor)
+
+
+def read_rows(module: str) -> Mapping[str, Row]:
+    """The rows of `vocabulary.toml` beside a module, by what they are rows of.
+
+    Args:
+        module: path of the module's file.
+    """
+    tables: dict[str, dict[str, Any]] = tomllib.loads(Path(module).with_name("vocabulary.toml").read_text("utf-8"))
+    for table in tables.values():
+        for kind in table.keys() & {"other", "whole"}:
+            table[kind] = {Treatment[treatment.upper()]: words for treatment, words in table[kind].items()}
+    return MappingProxyType({name: Row(**table) for name, table in tables.items()})
 
 
 @dataclass(frozen=True, slots=True)
