@@ -8,7 +8,7 @@ from mafsil.geometry import screw
 from mafsil.geometry.points import common_normal
 from mafsil.model import library
 from mafsil.model.denavit_hartenberg import Convention, DHRow, dh_parameters, mechanism_from_dh
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.library import textbook
 from mafsil.performance import rank

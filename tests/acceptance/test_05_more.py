@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.model.exponential_products import inverse_product, mixed_product, screws
+from mafsil.model.dh_from_axes import inverse_product, mixed_product, screws
 from mafsil.model.exponentials import representations
 from mafsil.model.library import textbook
 from mafsil.performance import (

@@ -21,7 +21,7 @@ OURS = {
     "whole_file.py": "writes",
     "code_store/store.py": "the store's own files, in a folder of the user's",
     "code_store/folder.py": "the same, opened without following links",
-    "kernels/loops/meaning.py": "our own sources",
+    "kernels/loops/definition.py": "our own sources",
     "kernels/identity.py": "our own sources, and what the processor is",
     "kernels/result_memory.py": "the size of the processor's cache",
     "model/vocabulary.py": "our own vocabularies",

@@ -12,7 +12,7 @@ from mafsil.errors import ModelError
 from mafsil.messages import catalogue
 from mafsil.model import JointKind, library
 from mafsil.model.appearance import pieces
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 from mafsil.model.library import registry, six_joints, textbook
 
 ROBOTS = {name: library.load(name) for name in library.robots()}

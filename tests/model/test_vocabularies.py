@@ -9,9 +9,9 @@ import pytest
 
 from mafsil.collision.srdf import SRDF
 from mafsil.model.diagnostics import Diagnostic
-from mafsil.model.mjcf.vocabulary import MJCF
+from mafsil.model.mjcf.settings import MJCF
 from mafsil.model.reading import Reading
-from mafsil.model.sdf.vocabulary import SDF
+from mafsil.model.sdf.scope import SDF
 from mafsil.model.urdf.vocabulary import URDF
 from mafsil.model.vocabulary import Row, Treatment, Vocabulary, audit, nearest_words
 from mafsil.model.xml_tree import parse

@@ -4,7 +4,7 @@ from mafsil.model.appearance import with_skeleton as with_skeleton
 from mafsil.model.denavit_hartenberg import Convention as Convention
 from mafsil.model.denavit_hartenberg import DHRow as DHRow
 from mafsil.model.denavit_hartenberg import mechanism_from_dh as mechanism_from_dh
-from mafsil.model.exponential_products import screws as screws
+from mafsil.model.dh_from_axes import screws as screws
 from mafsil.model.exponentials import Screws as Screws
 from mafsil.model.exponentials import mechanism_from_screws as mechanism_from_screws
 from mafsil.model.joint import Joint as Joint

@@ -1,10 +1,10 @@
-"""Whether mass properties can belong to a body, the nearest that can, and inertias made possible without a trace.
+"""Whether mass properties can belong to a body, the nearest that can, inertias made possible, and what a joint moves.
 
 A table may give a robot's motion rightly by inertias that no body has: `possible_inertias` moves what is too little
 between links without changing any motion. A turn about a joint axis a does not change omega - (a . omega) a, so
 delta (1 - a a') may be taken from the link on one side of a revolute joint and given to the link on the other. Across a
 prismatic or a fixed joint omega is the same on both sides, and any direction will do. What stands still takes and gives
-everything.
+everything. A joint moves matter of its own where a rate of this joint alone gives energy to links fixed behind it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mafsil.arrays import Floats, Vector3, frozen
+from mafsil.arrays import Floats, Vector3, Vector6, frozen
 from mafsil.errors import ModelError, ModelWarning, warn
 from mafsil.model.diagnostics import Fault
 from mafsil.model.faults import (
@@ -32,6 +32,8 @@ from mafsil.model.mass_properties import require_physical
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.tolerances import PRINTED
 
+NO_ENERGY = 1e-12
+"""Share of the energy of a rotation about any axis there below which it is rounding."""
 ROUNDING = 1e-12
 """Share of the largest second moment by which one may be negative after a shift: what rounding leaves."""
 GROSS = 0.5
@@ -219,3 +221,39 @@ def warned_of_impossible(mechanism: Mechanism) -> Mechanism:
             moments = error.details["moments"]
             warn(ModelWarning("serial.impossible_moments", robot=mechanism.name, link=link.name, moments=moments))
     return mechanism
+
+
+def joints_that_move_matter(mechanism: Mechanism) -> frozenset[str]:
+    """Names of the moving joints whose own rate moves mass or rotational inertia between them and the next joints.
+
+    Where all do, the mass matrix is positive definite everywhere: the first joint that moves gives energy.
+
+    Args:
+        mechanism: any; motors count too.
+    """
+    bodies = {link.name: link.inertial for link in mechanism.links}
+    found: set[str] = set()
+    carrier: dict[str, tuple[int, Floats]] = {}
+    for k, joint in enumerate(mechanism.joints):
+        if joint.moves:
+            carrier[joint.child] = (k, np.eye(4))
+        elif joint.parent in carrier:
+            first, T = carrier[joint.parent]
+            carrier[joint.child] = (first, T @ joint.T_pj)
+        if joint.moves and joint.actuator is not None and joint.actuator.reflected_inertia > 0:
+            found.add(joint.name)
+        body = bodies[joint.child]
+        if joint.child in carrier and body is not None:
+            first, T = carrier[joint.child]
+            if _moves(mechanism.joints[first].screw, body, T):
+                found.add(mechanism.joints[first].name)
+    return frozenset(found)
+
+
+def _moves(screw: Vector6, body: Inertial, T: Floats) -> bool:
+    """Whether a twist (omega, v) gives a body energy; T is the pose of the body's link where the twist is written."""
+    omega, v = np.asarray(screw[:3]), np.asarray(screw[3:])
+    com = T[:3, :3] @ body.com + T[:3, 3]
+    speed, rate = v + np.cross(omega, com), T[:3, :3].T @ omega
+    most = body.mass * (v @ v + omega @ omega * (com @ com)) + omega @ omega * np.trace(body.inertia)
+    return bool(body.mass * speed @ speed + rate @ body.inertia @ rate > NO_ENERGY * most)

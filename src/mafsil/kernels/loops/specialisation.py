@@ -25,7 +25,7 @@ from mafsil.kernels import elf, identity, runtime, target
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.loops import entry, library
-from mafsil.kernels.loops.definition import Definition
+from mafsil.kernels.loops.definition import Closure, Definition, closure_of, source_of
 from mafsil.kernels.loops.kinds import (
     INTEGER,
     EditedError,
@@ -37,7 +37,6 @@ from mafsil.kernels.loops.kinds import (
     named_kind,
     refusal,
 )
-from mafsil.kernels.loops.meaning import Closure, closure_of, source_of
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:

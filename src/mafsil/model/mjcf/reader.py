@@ -38,9 +38,8 @@ from mafsil.model.mjcf.driving import Driving
 from mafsil.model.mjcf.geom import Library
 from mafsil.model.mjcf.mesh_asset import MeshAssets
 from mafsil.model.mjcf.scope import Model, Scope, Unfolding
-from mafsil.model.mjcf.settings import read_settings
-from mafsil.model.mjcf.vocabulary import MJCF as VOCABULARY
-from mafsil.model.mjcf.vocabulary import NUMBERS
+from mafsil.model.mjcf.settings import MJCF as VOCABULARY
+from mafsil.model.mjcf.settings import NUMBERS, read_settings
 from mafsil.model.reading import Reading
 from mafsil.model.source import load
 from mafsil.model.vocabulary import audit

@@ -1,4 +1,8 @@
-"""What an MJCF file says once for all: compiler settings, default classes, gravity, and how it writes rotations."""
+"""What an MJCF file says once for all, how it writes rotations, and every element and attribute of the format.
+
+Said once: compiler settings, default classes, gravity. The vocabulary (`vocabulary.toml`) is the rule of the reader:
+what stands in it as read is read, what it does not know is an error.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +13,18 @@ from math import pi
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, frozen
-from mafsil.model.faults import MISSING_ATTRIBUTE, NO_ROTATION, NOT_KEPT, UNKNOWN_CHOICE, UNKNOWN_CLASS, UNSUPPORTED
+from mafsil.model.faults import (
+    MISSING_ATTRIBUTE,
+    NO_ROTATION,
+    NOT_KEPT,
+    UNKNOWN_ATTRIBUTE,
+    UNKNOWN_CHOICE,
+    UNKNOWN_CLASS,
+    UNKNOWN_PART,
+    UNSUPPORTED,
+)
 from mafsil.model.inertia_check import STAND_IN
 from mafsil.model.mechanism import STANDARD_GRAVITY
-from mafsil.model.mjcf.vocabulary import MOTORS
 from mafsil.model.placement import (
     frame_along,
     rotation_from_quaternion,
@@ -23,8 +35,30 @@ from mafsil.model.placement import (
 )
 from mafsil.model.reading import Reading
 from mafsil.model.tolerances import NO_LENGTH
+from mafsil.model.vocabulary import Row, Vocabulary, read_rows
 from mafsil.model.xml_tree import Element
 
+_TURN = "quat axisangle euler xyaxes zaxis"
+ROWS = read_rows(__file__)
+"""What becomes of everything that a file may hold, by the element and, where a tag means several things, its parent."""
+MOTORS = tuple(ROWS["actuator"].children.split())
+"""Elements of `actuator`; all have the row of `motor`."""
+NUMBERS = frozenset(
+    f"{_TURN} pos size fromto rgba mass density diaginertia fullinertia axis range ref armature damping frictionloss "
+    "actuatorfrcrange group contype conaffinity fitscale shellinertia scale refpos refquat gear forcerange ctrlrange "
+    "polycoef anchor relpose coef gravity count offset sep boundmass boundinertia settotalmass inertiagrouprange "
+    "vertex face".split()
+)
+"""Attributes of numbers that are read: MuJoCo takes an empty one as not given."""
+_CLASS_ROWS = {
+    "joint": "body/joint",
+    "geom": "body/geom",
+    "mesh": "asset/mesh",
+    "material": "asset/material",
+    "equality": "default/equality",
+    "tendon": "default/tendon",
+    "site": "body/site",
+}
 MAIN = "main"
 _LISTS = frozenset({"size", "damping", "gear", "stiffness"})
 """Attributes of which a file may give only the first numbers."""
@@ -263,3 +297,39 @@ def _unit(vector: Floats) -> Floats | None:
         return None
     scaled = vector / largest
     return scaled / np.linalg.norm(scaled)
+
+
+def row_of(tag: str, parent: str) -> Row | None:
+    """The row of an element that is read.
+
+    Args:
+        tag: of the element.
+        parent: tag of the element around it; `frame` and `replicate` hold what a body holds.
+    """
+    holder = "body" if parent in ("worldbody", "frame", "replicate") else parent
+    if holder == "default" and tag in _CLASS_ROWS:
+        return ROWS[_CLASS_ROWS[tag]]
+    if tag in MOTORS and holder in ("actuator", "default"):
+        return ROWS["actuator/motor"]
+    return ROWS.get(f"{holder}/{tag}") or ROWS.get(tag)
+
+
+def is_neutral(tag: str, attribute: str, text: str) -> bool:
+    """Whether a value leaves things as they are: zeros, `false`, `none`, a spring that is no spring."""
+    words = text.split()
+    if attribute in ("limited", "actuatorfrclimited", "range", "actuatorfrcrange"):
+        return tag == "default" or attribute.endswith("limited")
+    return all(word.lower() in ("false", "none", "auto") or _is_zero(word) for word in words)
+
+
+def _is_zero(word: str) -> bool:
+    try:
+        return float(word) == 0.0
+    except ValueError:
+        return False
+
+
+MJCF = Vocabulary(
+    "MJCF", row_of, UNKNOWN_ATTRIBUTE, UNKNOWN_PART, strict=True, is_neutral=is_neutral,
+    is_neutral_part=lambda _part: False,
+)  # fmt: skip

@@ -44,9 +44,8 @@ from mafsil.model.sdf.joint import (
     tip_frame,
 )
 from mafsil.model.sdf.link import read_link
-from mafsil.model.sdf.scope import Inclusion, Part, Parts, flag, gather_parts, numbers
-from mafsil.model.sdf.vocabulary import SDF as VOCABULARY
-from mafsil.model.sdf.vocabulary import version_of
+from mafsil.model.sdf.scope import SDF as VOCABULARY
+from mafsil.model.sdf.scope import Inclusion, Part, Parts, flag, gather_parts, numbers, version_of
 from mafsil.model.tolerances import WRITTEN
 from mafsil.model.vocabulary import audit
 from mafsil.model.xml_tree import Element, ReadLimits

@@ -1,10 +1,12 @@
 """Models inside models: their parts gathered under full names such as `arm::hand::finger`.
 
-A model also stands in files of its own, included by `model://name`. Numbers, flags and poses are text between tags.
+A model also stands in files of its own, included by `model://name`. Numbers, flags and poses are text between tags;
+every element and attribute around a mechanism, of SDFormat 1.4 to 1.12, stands in `vocabulary.toml`.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
 from math import radians
 from pathlib import Path
@@ -14,16 +16,26 @@ import numpy as np
 from mafsil.arrays import PoseMatrix, frozen
 from mafsil.model.asset_path import Assets
 from mafsil.model.diagnostics import shown
-from mafsil.model.faults import SDF_CHOICE, SDF_INCLUDE, SDF_INCLUDE_LEFT, SDF_QUATERNION
+from mafsil.model.faults import (
+    FOREIGN_ATTRIBUTE,
+    SDF_CHOICE,
+    SDF_INCLUDE,
+    SDF_INCLUDE_LEFT,
+    SDF_QUATERNION,
+    UNKNOWN_ELEMENT,
+)
 from mafsil.model.placement import inverse, pose_from_xyz_quaternion, pose_from_xyz_rpy, quaternion_length
 from mafsil.model.reading import LARGEST, Reading
 from mafsil.model.sdf.frames import WORLD, Frames, Given
-from mafsil.model.sdf.vocabulary import SDF as VOCABULARY
-from mafsil.model.sdf.vocabulary import version_of
 from mafsil.model.source import load
-from mafsil.model.vocabulary import audit
+from mafsil.model.vocabulary import Row, Version, Vocabulary, audit, read_rows
 from mafsil.model.xml_tree import Document, Element, ReadLimits, Refusal, parse
 
+NEWEST = (1, 12)
+ROWS = read_rows(__file__)
+"""What becomes of everything that a file may hold; elements without a row are text alone."""
+_TEXT = Row()
+_NEUTRAL = {"gravity": ("", "true", "1"), "kinematic": ("", "false", "0")}
 MOST_FILES = 50
 _WORDS = {"true": True, "1": True, "false": False, "0": False}
 MODEL = "__model__"
@@ -258,7 +270,7 @@ class Inclusion:
             self.reading.report(SDF_INCLUDE if must else SDF_INCLUDE_LEFT, include, None, None, uri=reference)
             return None
         if document is not None:
-            audit(self.reading, model, VOCABULARY, version_of(document.root))
+            audit(self.reading, model, SDF, version_of(document.root))
         attributes = dict(model.attributes)
         for tag in ("name", "placement_frame"):
             if (given := include.first(tag)) is not None:
@@ -299,3 +311,27 @@ class Inclusion:
             return None
         self.reading.include(name, text, document)
         return document
+
+
+def row_of(tag: str, _parent: str) -> Row:
+    """The row of an element that is read."""
+    return ROWS.get(tag, _TEXT)
+
+
+def _changes_nothing(element: Element) -> bool:
+    """Whether an element that is left out has the value that it has without it."""
+    if element.tag in _NEUTRAL:
+        return element.text.strip().lower() in _NEUTRAL[element.tag]
+    return not element.text and all(child.text.strip() in ("", "0", "0.0") for child in element.children)
+
+
+SDF = Vocabulary(
+    "SDFormat", row_of, FOREIGN_ATTRIBUTE, UNKNOWN_ELEMENT, strict=False,
+    is_neutral=lambda _tag, _attribute, _text: False, is_neutral_part=_changes_nothing,
+)  # fmt: skip
+
+
+def version_of(root: Element) -> Version:
+    """The version that a file declares; the newest if it declares none."""
+    found = re.match(r"(\d{1,3})\.(\d{1,3})", root.get("version"))
+    return NEWEST if found is None else (int(found[1]), int(found[2]))
