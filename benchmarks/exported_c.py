@@ -25,7 +25,7 @@ import numpy as np  # noqa: E402
 
 import mafsil as mf  # noqa: E402
 from benchmarks.stopwatch import BRIEF, machine, race  # noqa: E402
-from mafsil.kernels.export.c.trial import compiler  # noqa: E402
+from mafsil.kernels.export.exported import compiler  # noqa: E402
 
 ROWS = 2048
 FLAGS = {"C -O3": ["-O3"], "C -O3 -march=native": ["-O3", "-march=native"]}

@@ -9,12 +9,13 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from mafsil.model.mjcf.vocabulary import MOTORS, ROWS, Row, Treatment
+from mafsil.model.mjcf.settings import MOTORS, ROWS
+from mafsil.model.vocabulary import Row, Treatment
 
 PAGE = Path(__file__).parent / "mjcf.md"
 HEAD = """# MJCF: what is read, and what becomes of the rest
 
-Made by `docs/make_mjcf.py` from the table that the reader obeys (`mafsil.model.mjcf.vocabulary`). The rule: every
+Made by `docs/make_mjcf.py` from the table that the reader obeys (`mafsil.model.mjcf.settings`). The rule: every
 element and every attribute of a file is read, or stands here with the reason why a mechanism does not depend on it, or
 is left out with a warning (M0702, in `provenance.notes`) where its value is not neutral. What the table does not
 know is an error (M0719, M0720). A test holds the table against the schema that MuJoCo prints.

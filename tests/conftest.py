@@ -65,7 +65,7 @@ def _lanes_of_few_rows(request: pytest.FixtureRequest, monkeypatch: pytest.Monke
     from tests import sizes
 
     if sizes.full or request.path.parent.name in LANES:
-        monkeypatch.setattr("mafsil.kernels.cost.SINGLY", 0)
+        monkeypatch.setattr("mafsil.kernels.small_batch.SINGLY", 0)
 
 
 @pytest.fixture(autouse=True)

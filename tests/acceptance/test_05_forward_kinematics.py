@@ -8,9 +8,9 @@ from mafsil.geometry import screw
 from mafsil.geometry.points import common_normal
 from mafsil.model import library
 from mafsil.model.denavit_hartenberg import Convention, DHRow, dh_parameters, mechanism_from_dh
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 from mafsil.model.exponentials import mechanism_from_screws
-from mafsil.model.library import planar, textbook
+from mafsil.model.library import textbook
 from mafsil.performance import rank
 from mafsil.robot import Robot
 from tests.acceptance.reading import cases, unread_after
@@ -46,7 +46,7 @@ def test_planar_3r():
     """Three routes: the spatial arm, frames in the plane, exponentials in the plane."""
     case = CASES["c5-01-planar3R"]
     L, theta, expected = case["input"]["L"], case["input"]["theta"], case["expected"]
-    arm = planar.planar3r(L)
+    arm = textbook.planar3r(L)
     flat = np.ix_([0, 1, 3], [0, 1, 3])
     np.testing.assert_allclose(tip(arm, theta)[flat], expected["T"], **close(case))
     closed = [expected["phi"], expected["x"], expected["y"]]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.model.exponential_products import inverse_product, mixed_product, screws
+from mafsil.model.dh_from_axes import inverse_product, mixed_product, screws
 from mafsil.model.exponentials import representations
-from mafsil.model.library import planar, textbook
+from mafsil.model.library import textbook
 from mafsil.performance import (
     holding_torque,
     joint_reactions,
@@ -83,7 +83,7 @@ def test_a_linear_complex_is_none_of_the_five_cases():
 def test_loads_on_every_link():
     case = CASES["c56-107-virtual-work-loads-on-every-link"]
     given, want = case["inputs"], case["expected"]
-    arm = mf.Robot(planar.planar3r(given["L"]).with_gravity(np.zeros(3)))
+    arm = mf.Robot(textbook.planar3r(given["L"]).with_gravity(np.zeros(3)))
     q = given["theta"]
     loads = [
         LinkLoad(arm.mechanism.link_names[load["link"]], [*load["f"], 0.0], [0, 0, load["m"]], [load["s"], 0, 0])
@@ -103,7 +103,7 @@ def test_effort_along_a_direction():
     case = CASES["c56-109-effort-along-a-direction"]
     given, want = case["inputs"], case["expected"]
     two = given["twoR"]
-    arm, q = mf.Robot(planar.planar2r(two["L"])), two["theta"]
+    arm, q = mf.Robot(textbook.planar2r(two["L"])), two["theta"]
     angles = np.radians(two["directions_deg"])
     along = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     near(case, [least_joint_rate(arm, q, u, "planar") for u in along], want["twoR_effort"])
@@ -117,7 +117,7 @@ def test_effort_along_a_direction():
     folded = given["folded"]
     for lengths in folded["L"]:
         key = ",".join(f"{x:g}" for x in lengths)
-        found = velocity_ellipsoid(mf.Robot(planar.planar2r(lengths)), folded["theta"], "planar")
+        found = velocity_ellipsoid(mf.Robot(textbook.planar2r(lengths)), folded["theta"], "planar")
         near(case, found.lengths, [want["folded_half_length"][key], 0.0])
         assert found.dimension == 1
     for length in given["lengths"]:

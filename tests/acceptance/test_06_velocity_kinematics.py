@@ -9,8 +9,8 @@ import pytest
 
 from mafsil.geometry import pose, screw, wrench
 from mafsil.geometry.points import common_normal
-from mafsil.model.frame_changes import change_frames
-from mafsil.model.library import planar, textbook
+from mafsil.model.library import textbook
+from mafsil.model.mounting import change_frames
 from mafsil.performance import (
     determinant_factors,
     joint_torque,
@@ -99,7 +99,7 @@ def test_wrench_in_two_frames():
 def test_statics_of_both_arms():
     arm_59 = ROBOTS["c5-08-6R-fig5.9"]
     case = CASES["c6-05-statics"]
-    flat = Robot(planar.planar2r(case["input"]["planar2R"]["L"]))
+    flat = Robot(textbook.planar2r(case["input"]["planar2R"]["L"]))
     q, f = case["input"]["planar2R"]["theta"], case["input"]["planar2R"]["f"]
     J = task_jacobian(flat, q, "planar_position")
     np.testing.assert_allclose(J.T @ f, case["expected"]["planar2R_tau"], **close(case))
@@ -119,7 +119,7 @@ def test_statics_of_both_arms():
 @pytest.mark.capability("05-67", "05-68")
 def test_pinned_planar_3r():
     case = CASES["c6-06-redundant-pinned-3R"]
-    arm, q = Robot(planar.planar3r(case["input"]["L"])), case["input"]["theta"]
+    arm, q = Robot(textbook.planar3r(case["input"]["L"])), case["input"]["theta"]
     expected = case["expected"]
     np.testing.assert_allclose(task_jacobian(arm, q, "planar_position"), expected["J"], **close(case))
     motion = self_motion(arm, q, task="planar_position")[0]
@@ -199,7 +199,7 @@ def test_ellipses_and_ellipsoids():
     case = CASES["c6-10-manipulability"]
     for name in ("golden", "other", "isotropic"):
         given, expected = case["input"][name], case["expected"][name]
-        arm = Robot(planar.planar2r(given["L"]))
+        arm = Robot(textbook.planar2r(given["L"]))
         found = velocity_ellipsoid(arm, given["theta"], "planar")
         np.testing.assert_allclose(found.lengths, expected["semi_axes"], **close(case))
         np.testing.assert_allclose(found.ratio, expected["ratio"], **close(case))
@@ -216,7 +216,7 @@ def test_ellipses_and_ellipsoids():
             vector = found.joint_vectors[:, 0] @ expected["joint_vel_major_up_to_sign"]
             np.testing.assert_allclose(abs(vector), 1, **close(case))
     given, expected = case["input"]["collapsed"], case["expected"]["collapsed"]
-    flat = velocity_ellipsoid(Robot(planar.planar2r(given["L"])), given["theta"], "planar")
+    flat = velocity_ellipsoid(Robot(textbook.planar2r(given["L"])), given["theta"], "planar")
     np.testing.assert_allclose(flat.lengths, expected["semi_axes"], **close(case))
     np.testing.assert_allclose(abs(flat.axes[:, 0] @ expected["line_dir_up_to_sign"]), 1, **close(case))
     assert ROBOTS[case["input"]["sixR"]["same_robot_as"]] is arm_59

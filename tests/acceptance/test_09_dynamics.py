@@ -13,7 +13,7 @@ from mafsil.mechanics.quantities.energy import christoffel_of, euler_lagrange, m
 from mafsil.mechanics.stacked_form import newton_euler
 from mafsil.mechanics.twist_chain import TwistChain, spatial_matrix
 from mafsil.model import Friction, Inertial
-from mafsil.model.library.planar import planar2r_point_masses
+from mafsil.model.library.textbook import planar2r_point_masses
 from mafsil.robot import Robot
 from tests.acceptance.reading import cases, unread_after
 

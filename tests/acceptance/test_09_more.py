@@ -14,7 +14,7 @@ from mafsil.derivation import derive_dynamics, derive_lagrange
 from mafsil.geometry import pose, wrench
 from mafsil.geometry.relative_motion import point_acceleration
 from mafsil.mechanics.stacked_form import stacked_form
-from mafsil.model.library.planar import planar2r_point_masses
+from mafsil.model.library.textbook import planar2r_point_masses
 from tests.acceptance.reading import Watched, cases, unread_after
 
 DEFINITIONS = Watched(json.loads(Path(__file__).with_name("09-definitions.json").read_text("utf-8")), "09-definitions")

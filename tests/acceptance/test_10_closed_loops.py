@@ -12,7 +12,7 @@ import mafsil as mf
 from mafsil.control import computed_torque, gravity_compensation, pid
 from mafsil.geometry import pose
 from mafsil.model import Friction, Inertial, Joint, JointKind, Link, Mechanism
-from mafsil.model.library.planar import planar2r, planar2r_point_masses
+from mafsil.model.library.textbook import planar2r, planar2r_point_masses
 from mafsil.simulation import Plant
 from mafsil.solvers import damped_step
 from mafsil.trajectory import Motion

@@ -35,7 +35,7 @@ from mafsil.control.contact import (
     sampled_force_radius,
 )
 from mafsil.model import Friction
-from mafsil.model.library.planar import planar2r_point_masses
+from mafsil.model.library.textbook import planar2r_point_masses
 from mafsil.simulation import Plant
 from mafsil.trajectory import Motion
 from mafsil.trajectory.profiles import rest

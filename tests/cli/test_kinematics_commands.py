@@ -11,7 +11,7 @@ from mafsil.cli.main import main
 from mafsil.cli.table import width
 from mafsil.model import library, urdf
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
-from mafsil.model.library.planar import planar2r
+from mafsil.model.library.textbook import planar2r
 from mafsil.robot import Robot, load
 
 

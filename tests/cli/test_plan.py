@@ -13,7 +13,7 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.job.reading import parse_scene
 from mafsil.job.surroundings import scene_of
-from mafsil.model.skeleton import with_shapes
+from mafsil.model.appearance import with_shapes
 from mafsil.parallel import ClosedChain
 from tests.collision.arms import LISTED, TOUCHING
 

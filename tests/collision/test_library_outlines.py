@@ -12,7 +12,7 @@ import mafsil as mf
 from mafsil.collision import Box, Checker, Obstacle
 from mafsil.job.resting import resting_place, starting_place
 from mafsil.model import Capsule, Cylinder, Mesh, library, mesh
-from mafsil.model.shape import OUTLINE
+from mafsil.model.link import OUTLINE
 from tests.sizes import few
 
 DATA = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots"

@@ -21,7 +21,7 @@ from mafsil.control import (
 )
 from mafsil.control.laws.law_export import law_kernel
 from mafsil.errors import InputError
-from mafsil.kernels.export.c.trial import compiler, trial
+from mafsil.kernels.export.exported import compiler, trial
 from mafsil.mechanics.loop_terms import Term
 from mafsil.trajectory import Motion
 

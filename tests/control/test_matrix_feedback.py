@@ -16,7 +16,7 @@ from mafsil.control import (
 )
 from mafsil.control.analysis import words_for
 from mafsil.errors import InputError
-from mafsil.model.library.planar import planar2r_point_masses
+from mafsil.model.library.textbook import planar2r_point_masses
 from mafsil.simulation import Plant, Scenario, simulate
 from mafsil.trajectory import Motion
 from mafsil.trajectory.profiles import rest

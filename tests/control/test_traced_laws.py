@@ -16,7 +16,7 @@ from mafsil.control import TaskCoordinates, TaskTarget, export_law, saturate
 from mafsil.control.joints.elastic_laws import ElasticState
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-from mafsil.kernels.export.c.trial import compiler, trial
+from mafsil.kernels.export.exported import compiler, trial
 from mafsil.model import sdf
 from mafsil.parallel import ClosedChain
 from mafsil.trajectory import Motion, quintic

@@ -19,7 +19,7 @@ from mafsil.derivation.verification import Judge
 from mafsil.errors import ModelError
 from mafsil.model import library, mechanism_from_screws
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
-from mafsil.model.library import planar, textbook
+from mafsil.model.library import textbook
 from mafsil.robot import Robot
 
 
@@ -71,11 +71,11 @@ def test_every_line_that_says_something_was_checked(name):
 
 @pytest.mark.capability("05-2")
 def test_the_planar_arms_in_the_teachers_form():
-    fk = derive_fk(planar.planar3r())
+    fk = derive_fk(textbook.planar3r())
     assert [formula(side) for side in found(fk, "p_x")] == ["L1 c1 + L2 c12 + L3 c123"]
     assert [formula(side) for side in found(fk, "p_y")] == ["L1 s1 + L2 s12 + L3 s123"]
     assert [formula(side) for side in found(fk, "φ")] == ["θ1 + θ2 + θ3"]
-    J = found(derive_jacobian(planar.planar2r()), "J_p")[0]
+    J = found(derive_jacobian(textbook.planar2r()), "J_p")[0]
     assert [[formula(x) for x in row] for row in J[:2]] == [
         ["−L1 s1 − L2 s12", "−L2 s12"],
         ["L1 c1 + L2 c12", "L2 c12"],
@@ -98,7 +98,7 @@ def test_puma_in_the_teachers_form():
         (textbook.rrprrr_upright(0.5, 0.3), "−c2 c5 (d3 + q3) (d3 + q3)"),
         (textbook.scara_rrrp(0.2, 0.6, 0.4), "−a1 a2 s2"),
         (textbook.rrrp(0.7), "a2 c3"),
-        (planar.planar2r(), "L1 L2 s2"),
+        (textbook.planar2r(), "L1 L2 s2"),
         (library.load("puma560"), "−a2 s5 (a2 c2 + a3 c23 − d4 s23) (d4 c3 + a3 s3)"),
     ],
 )
@@ -129,7 +129,7 @@ def test_blocks_give_the_determinant_of_numbers():
 
 
 def test_a_wrong_line_is_never_printed():
-    arm = symbolic_arm(planar.planar2r())
+    arm = symbolic_arm(textbook.planar2r())
     judge = Judge(arm)
     with pytest.raises(DerivationError) as caught:
         judge.line((), constant(0.5), truth=judge.tip[:, 0, 3])

@@ -45,7 +45,7 @@ def test_particle_by_newton_and_lagrange():
 @pytest.mark.capability("09-11", "09-12", "09-13", "09-16")
 def test_planar_2r_equals_the_compiled_robot():
     L, m = (0.8, 0.5), (2.0, 1.5)
-    robot = mf.Robot(mf.model.library.planar.planar2r_point_masses(L, m).with_gravity(np.array([0, -9.81, 0])))
+    robot = mf.Robot(mf.model.library.textbook.planar2r_point_masses(L, m).with_gravity(np.array([0, -9.81, 0])))
     found = derive_lagrange(*ARM, ["t1", "t2"])
     rng = np.random.default_rng(4)
     for q, qd, qdd in rng.normal(size=(5, 3, 2)):

@@ -14,7 +14,7 @@ from mafsil.errors import InputError
 from mafsil.model import library, screws
 from mafsil.model.denavit_hartenberg import DHRow
 from mafsil.model.dh_from_axes import dh_from_mechanism
-from mafsil.model.library import planar, textbook
+from mafsil.model.library import textbook
 from mafsil.robot import Robot
 
 PUMA = library.load("puma560")
@@ -157,7 +157,7 @@ def test_whole_lists_of_screws():
     assert check_screws(np.roll(S, 3, axis=1), arm).findings[0].mistake is Mistake.PARTS_SWAPPED
 
 
-TWO = planar.planar2r((1.0, 0.7))
+TWO = textbook.planar2r((1.0, 0.7))
 RIGHT = [["-L1*s1 - L2*s12", "-L2*s12"], ["L1*c1 + L2*c12", "L2*c12"]]
 
 

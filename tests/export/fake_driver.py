@@ -16,8 +16,7 @@ from mafsil.kernels import target
 from mafsil.kernels.export.exported import tapes
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.ptx.grid import host_module, plan
-from mafsil.kernels.ptx.program import GridProgram, device_program
-from mafsil.kernels.ptx.well_formed import inspect
+from mafsil.kernels.ptx.program import GridProgram, device_program, inspect
 
 CANARY = 0x5A
 PADDING = 64

@@ -16,8 +16,8 @@ import numpy as np
 import mafsil as mf
 from mafsil.kernels import target
 from mafsil.kernels.export.exported import tapes
-from mafsil.kernels.export.objects.machines import machine
-from mafsil.kernels.export.objects.object_file import object_file
+from mafsil.kernels.export.object_file import object_file
+from mafsil.kernels.export.wasm import machine
 from mafsil.kernels.kernel import Kernel
 from tests.export.fake_driver import emulated
 

@@ -17,9 +17,9 @@ from mafsil.cli.main import main
 from mafsil.errors import InputError
 from mafsil.ik import closed_form
 from mafsil.kernels import Kernel, Port, Signature
-from mafsil.kernels.export.c.trial import compiler, trial
-from mafsil.kernels.export.objects import wasm
-from mafsil.kernels.export.objects.bundle import STACK, Bundle, bundle
+from mafsil.kernels.export import wasm
+from mafsil.kernels.export.exported import compiler, trial
+from mafsil.kernels.export.object_file import STACK, Bundle, bundle
 from mafsil.kernels.target import host
 from mafsil.page.exporting import BEYOND
 from tests.page.node import run_module
@@ -129,7 +129,7 @@ def test_constants_lie_above_the_stack(tmp_path: Path) -> None:
 
 
 def test_kept_by_content(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from mafsil.kernels.export.objects import bundle as module
+    from mafsil.kernels.export import object_file as module
 
     monkeypatch.setenv("MAFSIL_CACHE", str(tmp_path))
     module._store.cache_clear()

@@ -14,11 +14,9 @@ import mafsil as mf
 from mafsil.errors import FileError, InputError
 from mafsil.kernels import tape
 from mafsil.kernels.export import Legend
-from mafsil.kernels.export.c.text import header, literal, program, source
-from mafsil.kernels.export.c.trial import STRICT, compiler, trial
-from mafsil.kernels.export.exported import Export, export
-from mafsil.kernels.export.legend import harmless, identifier, symbol
-from mafsil.kernels.export.vectors import Vectors, vectors
+from mafsil.kernels.export.c_source import header, literal, program, source
+from mafsil.kernels.export.exported import STRICT, Export, compiler, export, trial
+from mafsil.kernels.export.legend import Vectors, harmless, identifier, symbol, vectors
 from mafsil.kernels.kernel import compile as compile_kernel
 from mafsil.kernels.layout import Port, Signature
 

@@ -12,10 +12,9 @@ import pytest
 
 import mafsil as mf
 from mafsil.kernels import target
-from mafsil.kernels.export.c.trial import compiler, trial
-from mafsil.kernels.export.exported import tapes
-from mafsil.kernels.export.objects.machines import MACHINES, machine
-from mafsil.kernels.export.objects.object_file import object_file, symbols
+from mafsil.kernels.export.exported import compiler, tapes, trial
+from mafsil.kernels.export.object_file import object_file, symbols
+from mafsil.kernels.export.wasm import MACHINES, machine
 from tests.page.node import needed
 
 ROBOT = mf.load("panda")

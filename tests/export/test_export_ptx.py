@@ -12,8 +12,7 @@ import pytest
 import mafsil as mf
 from mafsil.kernels.layout import Port, Signature
 from mafsil.kernels.ptx.grid import SHARED_BYTES, plan
-from mafsil.kernels.ptx.program import KNOWN, GridProgram, device_program
-from mafsil.kernels.ptx.well_formed import inspect
+from mafsil.kernels.ptx.program import KNOWN, GridProgram, device_program, inspect
 
 ROBOT = mf.load("panda")
 QUANTITIES = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "jacobian_body", "inverse_dynamics_derivatives"]

@@ -8,7 +8,7 @@ import pytest
 from mafsil.figures import plot_mechanism
 from mafsil.job.resting import resting_place
 from mafsil.model import library
-from mafsil.model.library import planar
+from mafsil.model.library import textbook
 
 
 @pytest.mark.parametrize("name", ["panda", "puma560", "stanford_arm", "planar2r"])
@@ -34,5 +34,5 @@ def test_the_resting_place_keeps_the_limits(name: str) -> None:
 
 @pytest.mark.parametrize("length", [0.09, 0.45, 0.5, 4.5])
 def test_robots_of_any_size_have_a_floor(length: float, tmp_path: Path) -> None:
-    plot_mechanism(planar.planar2r((length, length)), tmp_path / "robot.svg")
+    plot_mechanism(textbook.planar2r((length, length)), tmp_path / "robot.svg")
     assert (tmp_path / "robot.svg").stat().st_size > 10_000

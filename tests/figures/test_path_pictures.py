@@ -8,7 +8,7 @@ import pytest
 from mafsil import Robot, figures
 from mafsil.errors import InputError
 from mafsil.figures import motion_over_time
-from mafsil.model.library.planar import planar2r
+from mafsil.model.library.textbook import planar2r
 from mafsil.trajectory import JointPath, MotionLimits, diagnose_path, line_path, time_optimal
 
 POINTS = np.array([[0.0, 0.0], [1.0, 0.5], [1.5, -0.5], [0.2, -0.8]])

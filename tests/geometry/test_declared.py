@@ -14,7 +14,7 @@ import pytest
 from mafsil.algebra.membership import function
 from mafsil.errors import InputError
 from mafsil.geometry import euler, membership, planar, pose, quaternion, rotation, screw, twist, wrench
-from mafsil.geometry.declared import Declared
+from mafsil.geometry.membership import Declared
 from mafsil.messages import keys, template
 from tests.oracles.casadi_expression import as_casadi
 

@@ -10,7 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil.ik import inverse_kinematics, redundancy
 from mafsil.ik.result import IKStatus
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 
 TURN = 2 * np.pi
 X, Y, Z = np.eye(3)

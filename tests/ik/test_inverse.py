@@ -14,7 +14,7 @@ from mafsil.geometry import pose, rotation
 from mafsil.ik import closed_form, inverse_kinematics
 from mafsil.ik.result import IKStatus
 from mafsil.ik.structure.analysis import analysis
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 
 ARMS = [
     "puma560", "elbow6r", "arm6r", "offset_puma", "generalized_puma", "stanford_arm", "offset_stanford", "rrprrr",

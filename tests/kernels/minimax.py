@@ -1,6 +1,6 @@
-"""Where the polynomials of mafsil.kernels.transcendental come from: minimax fits by Remez exchange, 40 digits.
+"""Where the polynomials of mafsil.kernels.program come from: minimax fits by Remez exchange, 40 digits.
 
-`python tests/kernels/minimax.py` prints the tables of mafsil.kernels.coefficients; test_transcendental compares them.
+`python tests/kernels/minimax.py` prints the tables of mafsil.kernels.exact; test_transcendental compares them.
 Rounding the coefficients to double adds less than the evaluation does: each is multiplied by a small number.
 """
 

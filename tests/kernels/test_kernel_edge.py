@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.errors import InputError
-from mafsil.kernels import Port, Signature, batch, compile, cost
+from mafsil.kernels import Port, Signature, batch, compile, small_batch
 from tests.reliability import specimens
 
 LINKS = 3
@@ -25,7 +25,7 @@ def arm():
 @pytest.fixture
 def eager(monkeypatch):
     """Every batch of two rows or more is split."""
-    monkeypatch.setattr(cost, "HANDED_OVER_NS", 3)
+    monkeypatch.setattr(small_batch, "HANDED_OVER_NS", 3)
 
 
 def same(a, b) -> bool:
@@ -64,11 +64,11 @@ def test_every_row_is_computed_as_if_alone(rows, threads, layout, data):
         "strided": lambda: np.repeat(np.repeat(q, 2, 0), 3, 1)[::2, ::3],
         "broadcast": lambda: np.broadcast_to(q[0], q.shape),
     }[layout]()
-    before, cost.HANDED_OVER_NS = cost.HANDED_OVER_NS, data.draw(st.sampled_from([3, 40, 10**6]))
+    before, small_batch.HANDED_OVER_NS = small_batch.HANDED_OVER_NS, data.draw(st.sampled_from([3, 40, 10**6]))
     try:
         answer = arm(q, shift, threads=threads)
     finally:
-        cost.HANDED_OVER_NS = before
+        small_batch.HANDED_OVER_NS = before
     alone = [arm.call(np.ascontiguousarray(q[i]), shift[i]) for i in range(rows)]
     assert specimens.bits(answer) == b"".join(np.stack([a[port] for a in alone]).tobytes() for port in range(3))
 
@@ -113,11 +113,11 @@ def test_results_over_arguments_are_ordered():
     memory = np.empty((rows + 1, 3))
     for source, result in ((memory[1:], memory[:-1]), (memory[:-1], memory[1:]), (memory[1:], memory[1:])):
         source[...] = x
-        before, cost.HANDED_OVER_NS = cost.HANDED_OVER_NS, 10
+        before, small_batch.HANDED_OVER_NS = small_batch.HANDED_OVER_NS, 10
         try:
             k(source, out=result, threads=4)
         finally:
-            cost.HANDED_OVER_NS = before
+            small_batch.HANDED_OVER_NS = before
         assert (result == want).all()
 
 

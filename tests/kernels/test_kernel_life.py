@@ -31,13 +31,13 @@ from mafsil.kernels import (
     call,
     compile,
     compiler,
-    cost,
     elf,
     fingerprint,
     identity,
     image,
+    lower,
+    small_batch,
     target,
-    translation,
     warm,
 )
 from mafsil.kernels.cache import Store
@@ -256,8 +256,8 @@ def test_code_whose_entries_disagree_is_never_used(loaded, monkeypatch, folder):
     if not loaded:
         del k
         again()
-    honest = translation.translate
-    monkeypatch.setattr(translation, "translate", lambda part, *rest: ONES if part == SINGLE else honest(part, *rest))
+    honest = lower.translate
+    monkeypatch.setattr(lower, "translate", lambda part, *rest: ONES if part == SINGLE else honest(part, *rest))
     k = scaled_kernel(2.0)
     for _ in range(2):
         with pytest.raises(KernelError, match="different bits"):
@@ -334,7 +334,7 @@ def test_lanes_are_compiled_once_rows_one_after_another_took_as_long(folder, mon
     wide[:] = rows
     forms = [rows, rows[::-2], rows[0, :1], rows.swapaxes(0, 1), np.broadcast_to(rows[0, 0], (7, 4)), wide, rows[:0]]
     k = scaled_kernel(9.0)
-    monkeypatch.setattr(cost, "SINGLY", 200)
+    monkeypatch.setattr(small_batch, "SINGLY", 200)
     single = [k(form) for form in forms]
     assert k.image.parts.keys() == {call.CALL, SINGLE}
     out = np.empty((3, 5, 4))
@@ -351,7 +351,7 @@ def test_lanes_are_compiled_once_rows_one_after_another_took_as_long(folder, mon
 
 def test_many_small_batches_get_lanes_and_so_does_whoever_finds_them_in_the_store(folder, monkeypatch):
     k = scaled_kernel(7.0)
-    monkeypatch.setattr(cost, "SINGLY", 10)
+    monkeypatch.setattr(small_batch, "SINGLY", 10)
     for _ in range(4):
         assert BATCH not in k.image.parts
         k(np.stack([X] * 3))
@@ -385,8 +385,8 @@ def test_one_row_of_a_batch_takes_the_single_entry_where_it_is(folder):
 
 def test_threads_compile_both_parts_once(monkeypatch):
     made = []
-    honest = translation.translate
-    monkeypatch.setattr(translation, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
+    honest = lower.translate
+    monkeypatch.setattr(lower, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
     k = scaled_kernel(8.0)
     barrier = threading.Barrier(8)
 
@@ -406,8 +406,8 @@ def test_threads_compile_both_parts_once(monkeypatch):
 def test_an_edit_that_changes_no_operation_costs_tracing_only(folder, monkeypatch):
     """Other words, the same tape: the code is found; another tape: it is compiled."""
     made = []
-    honest = translation.translate
-    monkeypatch.setattr(translation, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
+    honest = lower.translate
+    monkeypatch.setattr(lower, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
     warm([compile(VECTOR, partial(scaled, 2.0), key="scaled", fingerprints=("before",))])
     assert sorted(made) == sorted(image.FROM_PYTHON)
     made.clear()

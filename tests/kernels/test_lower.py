@@ -22,7 +22,7 @@ from mafsil.kernels.layout import Port, Signature
 from mafsil.kernels.lower import TILE_BYTES, lower
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.reference import evaluate
-from mafsil.kernels.segments import segments
+from mafsil.kernels.schedule import segments
 from mafsil.kernels.tape import Node, Tape, read
 from tests.oracles.casadi_expression import casadi_rows
 

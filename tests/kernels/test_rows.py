@@ -11,7 +11,7 @@ from mafsil.kernels.audit import Program
 from mafsil.kernels.layout import Port, Signature
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.rows import block_length, blocks
-from mafsil.kernels.segments import segments
+from mafsil.kernels.schedule import segments
 from mafsil.kernels.tape import read
 
 LEVELS = {8: "", 4: "-avx512f", 2: "-sse3,-ssse3,-sse4.1,-sse4.2,-avx"}

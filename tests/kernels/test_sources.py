@@ -11,7 +11,7 @@ import pytest
 
 from mafsil.code_store import CacheWarning
 from mafsil.code_store import store as stores
-from mafsil.kernels import fingerprint, sources
+from mafsil.kernels import fingerprint, identity
 
 PACKAGE = {
     "__init__.py": '"""A package."""\n',
@@ -66,13 +66,13 @@ def arms(tmp_path, monkeypatch):
 
 def _forget() -> None:
     sys.modules.pop("arms", None)
-    for known in (sources.meaning, sources._modules, fingerprint):
+    for known in (identity.meaning, identity._modules, fingerprint):
         known.cache_clear()
 
 
 def _meaning(root: str = "arms.builder", without: tuple[str, ...] = ()) -> str:
     _forget()
-    return sources.meaning((root,), ("arms",), without)
+    return identity.meaning((root,), ("arms",), without)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_what_cannot_be_followed_counts_byte_by_byte(arms: Path, text: str) -> N
 
 def test_every_process_finds_the_same(arms: Path) -> None:
     """Whatever the order in which sets are printed, and whether the hash is computed or read."""
-    code = "from mafsil.kernels import sources; print(sources.meaning(('arms.builder',), ('arms',)))"
+    code = "from mafsil.kernels import sources; print(identity.meaning(('arms.builder',), ('arms',)))"
     seen = set()
     for seed in range(4):
         for cache in ("off", str(arms.parent / "shared")):
@@ -157,8 +157,8 @@ def test_a_quantity_depends_on_its_own_builder_alone() -> None:
     assert energy != coriolis
     assert all(len(found) == 2 for found in (energy, coriolis))
     roots = ("mafsil.robot.trace", "mafsil.mechanics.quantities.coriolis")
-    texts = {root: sources._file(root).read_bytes() for root in roots}  # type: ignore[union-attr]
+    texts = {root: identity._file(root).read_bytes() for root in roots}  # type: ignore[union-attr]
     changed = {**texts, roots[1]: texts[roots[1]] + b"\nEXTRA = 1\n"}
-    found = [sources._closure(each, compiling.SOURCES, compiling.BESIDE) for each in (texts, changed)]
+    found = [identity._closure(each, compiling.SOURCES, compiling.BESIDE) for each in (texts, changed)]
     assert found[0] is not None
     assert found[0] != found[1]

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mafsil.expression as ex
-from mafsil.kernels import Port, Signature, caches, compile, cost, result_memory, target
+from mafsil.kernels import Port, Signature, compile, result_memory, small_batch, target
 from mafsil.kernels.audit import Program
 from mafsil.kernels.lower import lower
 from mafsil.kernels.reduce import reduce
@@ -137,8 +137,8 @@ def test_the_instructions_are_there() -> None:
 def large(monkeypatch: pytest.MonkeyPatch):
     """A kernel whose results of a few kilobytes count as large, in memory and for the caches."""
     monkeypatch.setattr(result_memory, "SMALLEST", 4096)
-    monkeypatch.setattr(caches, "last_level", lambda: 8192)
-    monkeypatch.setattr(cost, "HANDED_OVER_NS", 300)
+    monkeypatch.setattr(result_memory, "last_level", lambda: 8192)
+    monkeypatch.setattr(small_batch, "HANDED_OVER_NS", 300)
     result_memory.release()
     yield compile(ports((16, 42)), lambda: spread((16, 42)), key="spread 16 42")
     result_memory.release()
@@ -165,7 +165,7 @@ def test_large_batches_have_the_bits_of_small_ones(large, threads: int, shape: t
 
 def test_a_result_over_its_own_argument(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(result_memory, "SMALLEST", 4096)
-    monkeypatch.setattr(caches, "last_level", lambda: 4096)
+    monkeypatch.setattr(result_memory, "last_level", lambda: 4096)
     x = ex.symbol("x", 3)
     k = compile(
         Signature("turned", (Port("x", (3,)),), (Port("y", (3,)),)),

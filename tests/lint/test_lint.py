@@ -15,8 +15,8 @@ from mafsil.cli.main import main
 from mafsil.errors import FileError, InputError
 from mafsil.model import Actuator, Inertial, Joint, JointKind, Limits, Link, Mechanism, Mimic, library
 from mafsil.model.diagnostics import Severity
+from mafsil.model.link import Box, Mesh, Shape, Sphere
 from mafsil.model.lint import FAULTS, findings, lint, repair
-from mafsil.model.shape import Box, Mesh, Shape, Sphere
 
 HEAD = '<?xml version="1.0"?>\n<robot name="arm">\n  <link name="base"/>\n'
 BODY = """  <link name="{name}">

@@ -127,7 +127,7 @@ def test_articulated_bodies_equal_the_linear_solve_and_flag_massless_motions():
     load = tau - robot.velocity_torque(q, qd) - robot.gravity_torque(q)
     solved = np.linalg.solve(robot.mass_matrix(q), load[..., None])[..., 0]
     np.testing.assert_allclose(robot.forward_dynamics(q, qd, tau), solved, rtol=1e-9, atol=1e-9)
-    massless = mf.Robot(mf.model.library.planar.planar2r_point_masses((1.0, 1.0), (1.0, 0.0)))
+    massless = mf.Robot(mf.model.library.textbook.planar2r_point_masses((1.0, 1.0), (1.0, 0.0)))
     with pytest.raises(ModelError, match="not determined"):
         massless.forward_dynamics([0.3, 0.4], [0, 0], [1, 1])
 

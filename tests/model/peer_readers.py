@@ -17,7 +17,7 @@ from mafsil.mechanics.inertial_parameters import reflected_inertias
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import Joint, Mechanism
 from mafsil.model.losses import with_space_link, with_tip_link
-from mafsil.model.mjcf.losses import sites_of
+from mafsil.model.mjcf.writer import sites_of
 
 STATES = 3
 

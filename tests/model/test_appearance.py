@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from mafsil.model import Box, Capsule, Cylinder, Link, Mesh, Shape, Sphere, library
-from mafsil.model.appearance import corners, part_of, pieces
+from mafsil.model.appearance import corners, part_of, pieces, with_skeleton
 from mafsil.model.mesh import Surface
-from mafsil.model.mesh.primitives import triangles
-from mafsil.model.skeleton import with_skeleton
+from mafsil.model.mesh.surface import triangles
 
 
 def write_stl(path, surface):

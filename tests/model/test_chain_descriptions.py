@@ -12,7 +12,7 @@ from mafsil.model.denavit_hartenberg import DHRow, HayatiRow, hayati_parameters,
 from mafsil.model.dh_from_axes import dh_from_mechanism, dh_from_screws
 from mafsil.model.exponentials import chain_to_tip, representations, screw_matrices, screw_table
 from mafsil.model.joint import JointKind
-from mafsil.model.library import planar, textbook
+from mafsil.model.library import textbook
 from mafsil.model.local_exponentials import (
     local_screws,
     local_screws_of_table,
@@ -167,13 +167,13 @@ def test_planar_3r_in_three_routes():
     np.testing.assert_allclose(frames, exponentials, atol=1e-15)
     np.testing.assert_allclose(frames[:2, 2], closed[:2], atol=1e-15)
     assert np.arctan2(frames[1, 0], frames[0, 0]) == pytest.approx(closed[2])
-    spatial = Robot(planar.planar3r(lengths)).forward_kinematics(theta)
+    spatial = Robot(textbook.planar3r(lengths)).forward_kinematics(theta)
     np.testing.assert_allclose(spatial, plane.to_spatial_pose(frames), atol=1e-15)
 
 
 @pytest.mark.capability("05-6")
 def test_partially_locked_chains_are_built_from_the_last_joint_inward():
-    arm = planar.planar3r((1.0, 0.8, 0.5))
+    arm = textbook.planar3r((1.0, 0.8, 0.5))
     S, _, home = screws(arm)
     theta = [0.3, -0.7, 1.1]
     for free in (1, 2, 3):

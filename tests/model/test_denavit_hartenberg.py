@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from mafsil.errors import InputError, ModelError
 from mafsil.model.denavit_hartenberg import Convention, DHRow, dh_parameters, frames_in_links, mechanism_from_dh
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial
 

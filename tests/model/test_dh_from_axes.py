@@ -11,8 +11,7 @@ from scipy.linalg import expm
 from mafsil.errors import ModelError
 from mafsil.model import library
 from mafsil.model.denavit_hartenberg import Convention, DHRow, mechanism_from_dh
-from mafsil.model.dh_from_axes import Relation, classic_from_modified, dh_from_mechanism, dh_from_screws
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import Relation, classic_from_modified, dh_from_mechanism, dh_from_screws, screws
 from mafsil.model.library import textbook
 
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from mafsil.errors import ModelError
 from mafsil.model.denavit_hartenberg import DHRow
-from mafsil.model.dh_link import LinkStatus, four_motions, link_fit
+from mafsil.model.dh_frames import LinkStatus, four_motions, link_fit
 from mafsil.model.placement import rotation_y, rotation_z, translation
 
 numbers = st.floats(-2, 2)

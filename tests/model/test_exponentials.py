@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from mafsil.errors import InputError, ModelError
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism, Mimic
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 from mafsil.model.exponentials import chain_to_tip, kind_of_screw, mechanism_from_screws
 
 

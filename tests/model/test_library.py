@@ -12,8 +12,8 @@ from mafsil.errors import ModelError
 from mafsil.messages import catalogue
 from mafsil.model import JointKind, library
 from mafsil.model.appearance import pieces
-from mafsil.model.exponential_products import screws
-from mafsil.model.library import planar, puma, registry, textbook
+from mafsil.model.dh_from_axes import screws
+from mafsil.model.library import registry, six_joints, textbook
 
 ROBOTS = {name: library.load(name) for name in library.robots()}
 
@@ -199,7 +199,7 @@ def test_puma_speeds_are_the_published_ones_at_the_joints():
 
 
 def test_puma_may_stand_on_its_base():
-    raised = puma.puma560(base_height=0.672)
+    raised = six_joints.puma560(base_height=0.672)
     np.testing.assert_allclose(
         tip_pose(raised, np.zeros(6))[:3, 3] - tip_pose(ROBOTS["puma560"], np.zeros(6))[:3, 3], [0, 0, 0.672]
     )
@@ -360,7 +360,7 @@ def test_planar_arms_lie_on_the_page():
 
 
 def test_point_masses_sit_at_the_ends_of_the_links():
-    arm = planar.planar2r_point_masses((0.8, 0.5), (2.0, 1.5))
+    arm = textbook.planar2r_point_masses((0.8, 0.5), (2.0, 1.5))
     q = np.array([0.4, -0.7])
     M = mass_matrix(arm, q)
     c2 = np.cos(q[1])
@@ -381,7 +381,7 @@ def test_offset_puma_reaches_the_closed_form_of_the_position():
 
 def test_lists_of_another_length_are_refused():
     with pytest.raises(ValueError, match="argument"):
-        planar.planar2r((1.0, 1.0), (1.0,))
+        textbook.planar2r((1.0, 1.0), (1.0,))
 
 
 # ---- the registry

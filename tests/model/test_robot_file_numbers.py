@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mafsil.model.numbers import LARGEST, decimal, proposal, written
+from mafsil.model.reading import LARGEST, decimal, proposal, written
 
 
 @given(st.floats(-LARGEST, LARGEST))

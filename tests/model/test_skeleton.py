@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from mafsil.model import Box, Capsule, Cylinder, Shape, Sphere, library
-from mafsil.model.library import planar
-from mafsil.model.skeleton import SHORTEST, reach, stand, with_skeleton
+from mafsil.model.appearance import SHORTEST, reach, stand, with_skeleton
+from mafsil.model.library import textbook
 
 
 def drawn(name):
@@ -50,7 +50,7 @@ def test_marks_show_the_kind_of_the_joint_and_the_tip():
 
 
 def test_links_with_shapes_keep_them():
-    arm = planar.planar2r()
+    arm = textbook.planar2r()
     own = (Shape(Sphere(0.3)),)
     grown = with_skeleton(replace(arm, links=(arm.links[0], replace(arm.links[1], visuals=own), arm.links[2])))
     assert grown.links[1].visuals is own
@@ -61,7 +61,7 @@ def test_the_thickness_scales_with_the_arm():
     def radius(arm):
         return next(s.geometry.radius for s in arm.links[1].visuals if isinstance(s.geometry, Capsule))
 
-    small, large = (with_skeleton(planar.planar2r((length, length))) for length in (0.1, 1.0))
+    small, large = (with_skeleton(textbook.planar2r((length, length))) for length in (0.1, 1.0))
     assert radius(large) == pytest.approx(10 * radius(small))
 
 

@@ -13,11 +13,10 @@ from mafsil.errors import FileError, MafsilError, ModelError
 from mafsil.model import Inertial, Joint, JointKind, Limits, Link, Mechanism, Mimic, library
 from mafsil.model import table as table_package
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.table import format_table, parse, read, write
-from mafsil.model.table.reading import SIZE_LIMIT
-from mafsil.model.table.text import line_of, toml_text
+from mafsil.model.table.reading import SIZE_LIMIT, line_of, toml_text
 
 
 def assert_same(a, b, rtol=0.0, atol=0.0):

@@ -8,14 +8,12 @@ from dataclasses import replace
 import pytest
 
 from mafsil.collision.srdf import SRDF
-from mafsil.model.audit import audit
 from mafsil.model.diagnostics import Diagnostic
-from mafsil.model.mjcf.vocabulary import MJCF
-from mafsil.model.nearest_word import nearest_words
+from mafsil.model.mjcf.settings import MJCF
 from mafsil.model.reading import Reading
-from mafsil.model.sdf.vocabulary import SDF
+from mafsil.model.sdf.scope import SDF
 from mafsil.model.urdf.vocabulary import URDF
-from mafsil.model.vocabulary import Row, Treatment, Vocabulary
+from mafsil.model.vocabulary import Row, Treatment, Vocabulary, audit, nearest_words
 from mafsil.model.xml_tree import parse
 
 ROOTS = {

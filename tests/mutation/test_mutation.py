@@ -52,7 +52,7 @@ def test_infinite_and_missing_numbers_do_not_stop_a_mutant() -> None:
         ),
         ("quantity:forward_kinematics", "mf.load('planar2r').forward_kinematics([0.0, 0.0])[2, 2]", "1.0"),
         (
-            "mafsil.geometry.values.rotation:Rotation.from_euler",
+            "mafsil.geometry.values.pose:Rotation.from_euler",
             "mf.Rotation.from_euler([0, 0, 0], 'ZYX').array[0, 0]",
             "1.0",
         ),

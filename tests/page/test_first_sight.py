@@ -13,8 +13,7 @@ import mafsil as mf
 from mafsil.collision import Checker, distance
 from mafsil.job.resting import CLEAR, home_configuration
 from mafsil.model import Capsule, library
-from mafsil.model.appearance import part_of
-from mafsil.model.skeleton import reach
+from mafsil.model.appearance import part_of, reach
 from mafsil.page import show
 from mafsil.scene import Drawing
 from tests.page.browser import Browser

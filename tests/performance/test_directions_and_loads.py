@@ -7,10 +7,10 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation, screw, twist, wrench
 from mafsil.model.dh_frames import tables_of_either_sense, tables_of_screws
-from mafsil.model.exponential_products import inverse_product, mixed_product, screws
+from mafsil.model.dh_from_axes import inverse_product, mixed_product, screws
 from mafsil.model.exponentials import screw_table
-from mafsil.model.frame_changes import change_frames, with_reversed_joint
 from mafsil.model.library import textbook
+from mafsil.model.mounting import change_frames, with_reversed_joint
 from mafsil.performance import (
     force_ellipsoid,
     holding_torque,

@@ -8,7 +8,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import InputError
-from mafsil.model.library import planar
+from mafsil.model.library import textbook
 from mafsil.performance import (
     characteristic_length,
     dexterous_annuli,
@@ -53,7 +53,7 @@ def test_second_derivatives():
 def test_measures_do_not_depend_on_the_unit_of_length():
     lengths = np.array([1.0, 0.8])
     q = [0.3, 0.9]
-    metre, millimetre = (mf.Robot(planar.planar2r(k * lengths)) for k in (1.0, 1000.0))
+    metre, millimetre = (mf.Robot(textbook.planar2r(k * lengths)) for k in (1.0, 1000.0))
     assert characteristic_length(millimetre) == pytest.approx(1000 * characteristic_length(metre))
     for measure in MEASURES:
         a, b = (manipulability(r, q, measure, task="planar_position") for r in (metre, millimetre))
@@ -90,7 +90,7 @@ def test_force_grows_where_velocity_collapses():
 
 @pytest.mark.capability("05-84", "05-87")
 def test_search_for_isotropic_configurations():
-    arm = mf.Robot(planar.planar2r((2**0.5, 1.0)))
+    arm = mf.Robot(textbook.planar2r((2**0.5, 1.0)))
     found = isotropic_configurations(arm, "planar_position")
     assert found.found
     np.testing.assert_allclose(np.abs(np.cos(found.q[:, 1])), 2**-0.5, atol=1e-7)
@@ -105,7 +105,7 @@ def test_search_for_isotropic_configurations():
 @pytest.mark.capability("05-88")
 @pytest.mark.parametrize("lengths", [(1.0, 0.6), (1.0, 1.0), (1.0, 0.5, 0.2)])
 def test_planar_workspace_is_its_ring(lengths):
-    arm = mf.Robot(planar.planar2r(lengths) if len(lengths) == 2 else planar.planar3r(lengths))
+    arm = mf.Robot(textbook.planar2r(lengths) if len(lengths) == 2 else textbook.planar3r(lengths))
     found, ring = workspace_map(arm, 300_000, view="xy"), reachable_annulus(lengths)
     area, error = found.volume()
     assert abs(area - ring.area) < error < 0.1 * area

@@ -15,7 +15,7 @@ import tempfile
 import numpy as np
 
 from mafsil.code_store import CACHE_VARIABLE
-from mafsil.kernels import Kernel, compiler, cost
+from mafsil.kernels import Kernel, compiler, small_batch
 from tests.reliability import figures, specimens
 
 ROWS = 3000
@@ -26,7 +26,7 @@ ARMS = 10
 def work(seed: int, scenarios: int) -> dict[str, int]:
     """Hash every scenario by all ways of calling; those of one scenario must agree."""
     count = {"scenarios": 0, "hashes": 0, "bad_scenarios": 0}
-    usual = cost.HANDED_OVER_NS
+    usual = small_batch.HANDED_OVER_NS
     with tempfile.TemporaryDirectory(prefix="mafsil-D1-") as folder:
         os.environ[CACHE_VARIABLE] = folder
         compiler._images.clear()
@@ -34,7 +34,7 @@ def work(seed: int, scenarios: int) -> dict[str, int]:
         order = list(range(scenarios))
         random.Random(seed).shuffle(order)
         try:
-            cost.HANDED_OVER_NS = 200  # so that small batches, too, are split in many parts
+            small_batch.HANDED_OVER_NS = 200  # so that small batches, too, are split in many parts
             for number in order:
                 if number % ARMS == 0:
                     compiler._images.clear()
@@ -43,7 +43,7 @@ def work(seed: int, scenarios: int) -> dict[str, int]:
                 count["bad_scenarios"] += len(seen) != 1
                 count["scenarios"] += 1
         finally:
-            cost.HANDED_OVER_NS = usual
+            small_batch.HANDED_OVER_NS = usual
     return count
 
 

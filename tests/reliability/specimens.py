@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from mafsil.kernels import Kernel, Port, Signature, compile, cost
+from mafsil.kernels import Kernel, Port, Signature, compile, small_batch
 
-cost.SINGLY = 0  # so that all parts of the code are made, as of kernels that are asked for thousands of rows
+small_batch.SINGLY = 0  # so that all parts of the code are made, as of kernels that are asked for thousands of rows
 
 
 def lengths(links: int, seed: int) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.kernels.loops.held import Held, open_held
+from mafsil.kernels.loops.entry import Held, open_held
 from mafsil.kernels.loops.loop import compiled
 
 

@@ -8,7 +8,7 @@ from threading import Thread
 
 import numpy as np
 
-from mafsil.kernels.loops.holding import hold
+from mafsil.kernels.loops.loop import hold
 from tests.solvers.held_probe_loops import Inner, Outer, weighed
 
 

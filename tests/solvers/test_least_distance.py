@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from mafsil.solvers.bounded_least_squares import least_distance
+from mafsil.solvers.linear_program import least_distance
 
 
 def test_by_hand():

@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.ik import track
 from mafsil.ik.tracking import TrackStatus
 from mafsil.model import Limits
-from mafsil.model.library.planar import planar2r
+from mafsil.model.library.textbook import planar2r
 from mafsil.trajectory import diagnose_path, joined_path, line_path, reachability
 from mafsil.trajectory.difficulties import BranchChange, FastStretch, UnreachableStretch
 from mafsil.trajectory.difficulties.diagnosis import PathStatus

@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik import track
 from mafsil.model import Limits
-from mafsil.model.library.planar import planar2r
+from mafsil.model.library.textbook import planar2r
 from mafsil.trajectory import diagnose_path, follow, joined_path, line_path, spline_path, suggest_path_fixes
 from mafsil.trajectory.difficulties.changed_paths import MovedBasePath, PathPart, TurnedToolPath
 from mafsil.trajectory.difficulties.remedies import MendStatus

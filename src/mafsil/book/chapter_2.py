@@ -18,7 +18,7 @@ from mafsil.mobility.bodies import Coin, count_points, planar_body, third_point
 from mafsil.mobility.linkages import Kind
 from mafsil.mobility.spaces import annulus
 from mafsil.model import mechanism_from_screws
-from mafsil.model.library import mitsubishi, planar, scara
+from mafsil.model.library import six_joints, textbook
 from mafsil.model.placement import translation
 from mafsil.performance import tool_jacobian
 from mafsil.robot import Robot
@@ -29,7 +29,7 @@ REBUILT = EntryStatus.REBUILT
 @draws("1.1", status=REBUILT, bend=Slider(-1.5, 1.5, 0.6), height=Slider(0.8, 1.6, 1.2, "m"))
 def serial_and_parallel_robot(bend: float, height: float) -> Drawing:
     """A Mitsubishi RV-7FLM and a Stewart-Gough platform."""
-    robot, platform = Robot(mitsubishi.rv7flm()), library.stewart_gough(center=(0.05, -0.1, height))
+    robot, platform = Robot(six_joints.rv7flm()), library.stewart_gough(center=(0.05, -0.1, height))
     q = np.array([0.4, bend, 0.5 + bend, 0.3, 0.7, 0.0])
     arm = add_arm(Panel(), robot, q, letters="J")
     counts = robot.n, mobility(platform).count.mobility
@@ -279,7 +279,7 @@ def _spray_arm() -> Robot:
 @draws("2.14", status=REBUILT, bend=Slider(0.2, 2.6, 1.1))
 def task_spaces(bend: float) -> Drawing:
     """Tips of six robots and what they reach: the same joints, other spaces."""
-    two, three = Robot(planar.planar2r((3.0, 3.0))), Robot(planar.planar3r((2.0, 2.0, 2.0)))
+    two, three = Robot(textbook.planar2r((3.0, 3.0))), Robot(textbook.planar3r((2.0, 2.0, 2.0)))
     panels = {"planar_2r": _disc(two, [0.5, bend]), "planar_3r": _disc(three, [0.5, bend, 0.6])}
     pointer = np.array([[0, 0, 1, 0, 0, 0], [0, -1, 0, 0, 0, 0.0]])
     spatial = Robot(mechanism_from_screws(pointer, translation(1.0, 0, 0), name="spatial 2R"))
@@ -287,7 +287,7 @@ def task_spaces(bend: float) -> Drawing:
     panels["spatial_2r"] = add_arm(ball, spatial, [0.6, bend], tip="")
     wrist = Robot(mechanism_from_screws(np.array([*pointer, [1, 0, 0, 0, 0, 0]]), translation(1.0, 0, 0), name="wrist"))
     panels["wrist"] = add_arm(Panel(), wrist, [0.4, bend, 0.5])
-    cobra, spray = Robot(scara.cobra600()), _spray_arm()
+    cobra, spray = Robot(textbook.cobra600()), _spray_arm()
     panels["scara"] = add_arm(Panel(), cobra, [0.5, bend, 0.1, 0.0], letters="", through=COBRA)
     panels["spray"] = add_arm(Panel(), spray, [0.4, 0.2, bend, 0.3, 0.6, 0.0], letters="")
     robots = dict(zip(panels, (two, three, spatial, wrist, cobra, spray), strict=True))
@@ -323,7 +323,7 @@ COBRA = [(0, (0.0, 0.0, 0.0)), (1, (0.0, 0.0, 0.387)), (1, (0.325, 0.0, 0.387)),
 @draws("2.15", q1=Slider(-1.8, 1.8, 0.5), q2=Slider(-2.0, 2.0, 1.0), q3=Slider(0.0, 0.2, 0.1, "m"))
 def scara_arm(q1: float, q2: float, q3: float) -> Drawing:
     """Four parallel axes: two elbows, a quill, the rotation of the tool."""
-    robot, q = Robot(scara.cobra600()), np.array([q1, q2, q3, 0.4])
+    robot, q = Robot(textbook.cobra600()), np.array([q1, q2, q3, 0.4])
     floor = np.asarray(robot.forward_kinematics(q))[:3, 3] * [1, 1, 0]
     panel = add_arm(Panel(), robot, q, letters="J", through=COBRA).line([floor * 0, floor], SOFT, ":")
     J = robot.jacobian_space(q)

@@ -13,15 +13,15 @@ from mafsil.book.figure import Drawing, draws
 from mafsil.figures.panel import ACCENT, BLUE, PALE, RED, SECOND, SOFT, Panel
 from mafsil.geometry import pose, rotation, screw
 from mafsil.model.denavit_hartenberg import DHRow
-from mafsil.model.dh_link import four_motions, link_fit
-from mafsil.model.library import planar, textbook
+from mafsil.model.dh_frames import four_motions, link_fit
+from mafsil.model.library import textbook
 from mafsil.robot import Robot
 
 
 @draws("5.1", q1=Slider(-pi, pi, 0.5), q2=Slider(-pi, pi, 0.6), q3=Slider(-pi, pi, -0.9))
 def planar_arm_with_frames(q1: float, q2: float, q3: float) -> Drawing:
     """A planar 3R arm with the frames of its links and of its tip."""
-    robot, q = Robot(planar.planar3r()), np.array([q1, q2, q3])
+    robot, q = Robot(textbook.planar3r()), np.array([q1, q2, q3])
     panel = add_arm(Panel(), robot, q, flat=True, tip="")
     frames = [*robot.link_poses(q), np.asarray(robot.forward_kinematics(q))]
     for k, T in enumerate(frames):

@@ -13,7 +13,7 @@ from mafsil.book.entry import EntryStatus, Fact, Slider
 from mafsil.book.figure import Drawing, draws
 from mafsil.figures.panel import ACCENT, COLOURS, INK, RED, SECOND, SOFT, Panel
 from mafsil.geometry import pose, rotation, screw, twist
-from mafsil.model.library import planar, textbook
+from mafsil.model.library import textbook
 from mafsil.performance import velocity_ellipsoid
 from mafsil.robot import Robot
 
@@ -146,7 +146,7 @@ def four_axes_through_one_point(q2: float, error: float) -> Drawing:
 @draws("6.9", status=EntryStatus.REBUILT, L2=Slider(0.5, 1.5, 1.0, "m"))
 def manipulability_ellipses(L2: float) -> Drawing:
     """A planar 2R arm with link 1 of 1 m at four angles of its elbow, and the ellipse of tip velocities of each."""
-    robot = Robot(planar.planar2r((1.0, L2)))
+    robot = Robot(textbook.planar2r((1.0, L2)))
     elbows = np.array([0.35, pi / 2, 2.2, 2.9])
     panel, found = Panel(("$x$ [m]", "$y$ [m]")), list[Vector3]()
     for k, (shoulder, elbow) in enumerate(zip((-0.2, 0.25, 0.9, 1.6), elbows, strict=True)):

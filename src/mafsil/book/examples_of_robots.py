@@ -9,7 +9,7 @@ import mafsil.one_joint as oj
 from mafsil.book.entry import Fact
 from mafsil.book.example import Worked, works
 from mafsil.model import Inertial
-from mafsil.model.library.planar import planar2r_point_masses
+from mafsil.model.library.textbook import planar2r_point_masses
 from mafsil.one_joint.drives import Gear, matching_ratio
 from mafsil.robot import Robot, as_robot
 

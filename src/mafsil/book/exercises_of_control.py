@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.book.exercise import Draw, Task, asks
 from mafsil.book.judging import ask
 from mafsil.derivation import Derivation, derive_dynamics
-from mafsil.model.library.planar import planar2r_point_masses
+from mafsil.model.library.textbook import planar2r_point_masses
 from mafsil.one_joint import ForceLoop, JointArm, SecondOrder, ki_limit, steady_state_error
 from mafsil.one_joint.drives import Gear, matching_ratio
 from mafsil.planning import minkowski_sum

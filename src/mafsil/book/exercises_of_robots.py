@@ -14,7 +14,7 @@ from mafsil.book.judging import ask
 from mafsil.derivation import Derivation
 from mafsil.mobility import FourBar
 from mafsil.model.denavit_hartenberg import DHRow, dh_parameters
-from mafsil.model.library.planar import planar2r, planar3r
+from mafsil.model.library.textbook import planar2r, planar3r
 from mafsil.parallel import PlanarThreeRPR
 from mafsil.robot import Robot, as_robot
 

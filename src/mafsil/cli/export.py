@@ -68,7 +68,7 @@ def export(
 
 def checks() -> list[dict[str, Any]]:
     """Exports compiled and run by the C compiler of this computer: one row each, or one that says there is none."""
-    from mafsil.kernels.export.c.trial import compiler, trial
+    from mafsil.kernels.export.exported import compiler, trial
 
     path = compiler()
     if path is None:

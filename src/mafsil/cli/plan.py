@@ -23,7 +23,7 @@ from mafsil.geometry import Pose
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.model import Mechanism
-from mafsil.model.skeleton import with_shapes
+from mafsil.model.appearance import with_shapes
 from mafsil.planning import FixedOrientation, GoalRegion, InPlane, OnLine, Upright
 from mafsil.planning import plan as plan_path
 from mafsil.robot import Robot, load

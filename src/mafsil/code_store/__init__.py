@@ -2,7 +2,7 @@
 
 call      no public face: FileStore of `store`, asked by `mafsil.kernels`
 computed  `folder` chooses the place and who may write there, `store` writes entries whole or not at all,
-          `compilation` says who compiles what
+          and says who compiles what
 tested    tests/kernels, tests/reliability/corrupt_cache.py, kill_cache.py, stampede.py
 """
 

@@ -1,15 +1,28 @@
-"""The directory of compiled code on this machine: which it is, and that only we can have written there."""
+"""The directory of compiled code on this machine, and what is being compiled.
+
+Which directory it is, and that only we can have written there; for whoever watches, the logger `mafsil.compiling` gets
+one record as each piece begins.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import itertools
+import logging
 import os
 import stat
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 from mafsil.messages import say
 
+LOGGER = "mafsil.compiling"
+"""Its records have the level DEBUG: a program that uses the package stays silent; the command line shows the latest."""
+_number = itertools.count(1).__next__
+_seconds: list[float] = []
 CACHE_VARIABLE = "MAFSIL_CACHE"
 """Environment variable: `off` keeps compiled code in memory only, anything else is the directory to use."""
 TEMPORARY = ".tmp"
@@ -129,3 +142,19 @@ def write_whole(path: Path, data: bytes) -> None:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
         raise
+
+
+@contextmanager
+def compilation(name: str) -> Generator[None, None, None]:
+    """Announce what is compiled while this lasts: its name, how many pieces it makes with it, the seconds so far.
+
+    Args:
+        name: for people: a quantity, a module of loops.
+    """
+    logger, number, began = logging.getLogger(LOGGER), _number(), time.monotonic()
+    if logger.isEnabledFor(logging.DEBUG):
+        logger.debug(say("cache.compiling", name=name, number=number, seconds=f"{sum(_seconds):.0f}"))
+    try:
+        yield
+    finally:
+        _seconds.append(time.monotonic() - began)

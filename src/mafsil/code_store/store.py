@@ -3,6 +3,8 @@
 An entry is `header + payload`; the header holds magic, format version, key, length and BLAKE2b-256 of key and payload,
 and nothing of a file is used before all five agree. Entries are written to a temporary file in the same directory,
 synced and renamed. The directory and its files are ours alone (`folder`): they hold machine code.
+
+Arrays that take long to compute and follow from what their key says alone are kept beside it (`kept_array`).
 """
 
 from __future__ import annotations
@@ -13,18 +15,22 @@ import os
 import struct
 import time
 import warnings
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from importlib.util import find_spec
+from math import prod
 from pathlib import Path
+from typing import Any
 
-from mafsil.code_store.folder import TEMPORARY, UntrustedFile, prepare, read_own, write_whole
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.code_store.folder import TEMPORARY, UntrustedFile, code_folder, prepare, read_own, write_whole
 from mafsil.messages import say
 
 LIMIT_VARIABLE = "MAFSIL_CACHE_LIMIT"
 """Environment variable with the size in MiB above which the entries unused for longest are removed."""
 LIMIT_MIB = 1024
-
 VERSION = 1
 HAS_LOCKS = find_spec("fcntl") is not None
 """Whether the system has locks on files that die with their holder; without, several processes may do the same work."""
@@ -280,3 +286,34 @@ def warn(key: str, **details: str) -> None:
     if key not in _warned:
         _warned.add(key)
         warnings.warn(say(key, **details), CacheWarning, stacklevel=2)
+
+
+ARRAYS = StoreKind(b"mafsilN\0", ".arrays")
+
+
+def digest_of(*parts: str | bytes | NDArray[Any]) -> str:
+    """64 hexadecimal digits that differ when any of the parts does: texts, bytes, arrays with their shapes."""
+    hashed = hashlib.blake2b(digest_size=32)
+    for part in parts:
+        kind = f"{part.dtype} {part.shape}" if isinstance(part, np.ndarray) else type(part).__name__
+        data = part.encode() if isinstance(part, str) else part if isinstance(part, bytes) else part.tobytes()
+        hashed.update(f"{kind} {len(data)}\n".encode() + data)
+    return hashed.hexdigest()
+
+
+def kept_array(key: str, compute: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The array of a key: as it was kept, else computed and kept.
+
+    Args:
+        key: `digest_of` all that it follows from, the code that computes it among them.
+        compute: makes it.
+    """
+    store = FileStore(code_folder(), ARRAYS)
+    data = store.get(key)
+    if data is None:
+        array = np.ascontiguousarray(compute(), np.float64)
+        store.put(key, np.array([array.ndim, *array.shape], "<i8").tobytes() + array.astype("<f8").tobytes())
+        return array
+    dimensions = int.from_bytes(data[:8], "little")
+    shape = np.frombuffer(data, "<i8", dimensions, 8).tolist()
+    return np.frombuffer(data, "<f8", prod(shape), 8 * (1 + dimensions)).reshape(shape).astype(np.float64)

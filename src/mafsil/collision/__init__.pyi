@@ -18,7 +18,7 @@ from mafsil.collision.status import CollisionCheck as CollisionCheck
 from mafsil.collision.status import ContactPair as ContactPair
 from mafsil.collision.status import Separation as Separation
 from mafsil.collision.status import distance as distance
-from mafsil.model.shape import Box as Box
-from mafsil.model.shape import Capsule as Capsule
-from mafsil.model.shape import Cylinder as Cylinder
-from mafsil.model.shape import Sphere as Sphere
+from mafsil.model.link import Box as Box
+from mafsil.model.link import Capsule as Capsule
+from mafsil.model.link import Cylinder as Cylinder
+from mafsil.model.link import Sphere as Sphere

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from mafsil.collision.arm_loops import Arm
     from mafsil.collision.layout import LaidArm
     from mafsil.collision.workshop_loops import Workshop, World
-    from mafsil.kernels.loops.held import Held
+    from mafsil.kernels.loops.entry import Held
 else:
     layout = lazily("mafsil.collision.layout")
     sampled_pairs = lazily("mafsil.collision.sampled_pairs")

@@ -18,7 +18,7 @@ from mafsil.arrays import Floats
 from mafsil.collision.joints import Joints
 from mafsil.expression import Expression, Function
 from mafsil.kernels import Kernel, Port, Signature, compile
-from mafsil.kernels.sources import meaning
+from mafsil.kernels.identity import meaning
 from mafsil.mechanics.catalogue import quantity
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint

@@ -21,7 +21,7 @@ from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import body_of, product
 from mafsil.collision.tree_loops import Surroundings
 from mafsil.collision.workshop_loops import FROM_ITSELF, FROM_SURROUNDINGS, Workshop, World, pose_lanes_of
-from mafsil.kernels.loops.held import Held, open_held
+from mafsil.kernels.loops.entry import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH, get, in_lanes, put, seen
 from mafsil.kernels.loops.loop import compiled, inlined
 

@@ -38,12 +38,11 @@ from mafsil.collision.workshop_loops import (
     whole_agenda,
 )
 from mafsil.kernels import Kernel
-from mafsil.kernels.identity import fingerprint, machine
-from mafsil.kernels.loops.held import Held
-from mafsil.kernels.loops.holding import hold
+from mafsil.kernels.identity import fingerprint, machine, meaning
+from mafsil.kernels.loops.entry import Held
 from mafsil.kernels.loops.lanes import WIDTH, in_lanes
+from mafsil.kernels.loops.loop import hold
 from mafsil.kernels.loops.specialisation import made_by
-from mafsil.kernels.sources import meaning
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint as mechanism_print
 from mafsil.robot import Robot

@@ -36,7 +36,7 @@ from mafsil.collision.workshop_loops import (
     group_count,
     piece_count,
 )
-from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.entry import Held
 from mafsil.kernels.loops.lanes import (
     WIDTH,
     any_lane,

@@ -28,7 +28,7 @@ from mafsil.collision.workshop_loops import (
     group_count,
     piece_count,
 )
-from mafsil.kernels.loops.held import Held, open_held
+from mafsil.kernels.loops.entry import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH, buffer, get, lane_bits, part, seen
 from mafsil.kernels.loops.loop import compiled, inlined
 

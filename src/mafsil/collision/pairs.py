@@ -18,8 +18,8 @@ from mafsil.collision.scene import Obstacle
 from mafsil.collision.shapes import Cone, ConvexHull, Geometry
 from mafsil.errors import InputError
 from mafsil.model import JointKind, Mechanism, mesh
+from mafsil.model.link import OUTLINE, Capsule, Cylinder, Mesh, Shape, Sphere
 from mafsil.model.mesh.surface import keep_hull_corners
-from mafsil.model.shape import OUTLINE, Capsule, Cylinder, Mesh, Shape, Sphere
 
 ON_AXIS = 1e-9
 """Distance from an axis, as share of a radius, and angle to it, below which a shape lies on it."""

@@ -38,9 +38,9 @@ from mafsil.collision.support_loops import (
     Pieces,
 )
 from mafsil.errors import InputError
+from mafsil.model.link import Box, Capsule, Cylinder, Mesh, Sphere
 from mafsil.model.mesh.reader import read
 from mafsil.model.mesh.surface import hull_corners
-from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
 
 
 @dataclass(frozen=True, eq=False, slots=True)

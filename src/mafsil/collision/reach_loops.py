@@ -9,7 +9,7 @@ from mafsil.collision.pair_loops import separation
 from mafsil.collision.placing_loops import LaneScratch, pose_in_lanes
 from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.kernels.loops.held import Held, open_held
+from mafsil.kernels.loops.entry import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH, buffer, get, larger, magnitude, square_root
 from mafsil.kernels.loops.loop import compiled, inlined
 

@@ -35,7 +35,7 @@ from mafsil.collision.workshop_loops import (
     pose_lanes_of,
     take_rates,
 )
-from mafsil.kernels.loops.held import Held, open_held
+from mafsil.kernels.loops.entry import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH, get, lane_bits, lanes, put, seen, where
 from mafsil.kernels.loops.loop import compiled, inlined
 

@@ -13,8 +13,8 @@ from mafsil.arrays import Floats, as_batch, frozen, number, real_array
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, real
 from mafsil.model import mesh, scan
+from mafsil.model.link import Box, Capsule, Cylinder, Mesh, Sphere
 from mafsil.model.mesh.surface import clean_surface
-from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
 
 MOST_LENGTH = 1e6
 """Largest length, and farthest coordinate of a point, that a geometry may have: beyond it digits are lost [m]."""

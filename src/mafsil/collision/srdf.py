@@ -7,12 +7,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 from mafsil.errors import FileError, ModelWarning, warn
-from mafsil.model.audit import audit
 from mafsil.model.diagnostics import shown
 from mafsil.model.faults import FILE_MISSING, FOREIGN_ATTRIBUTE, NOT_A_FILE, UNKNOWN_ELEMENT
 from mafsil.model.reading import Reading
 from mafsil.model.source import load
-from mafsil.model.vocabulary import Row, Treatment, Vocabulary
+from mafsil.model.vocabulary import Row, Treatment, Vocabulary, audit
 from mafsil.model.xml_tree import Element, Refusal, parse
 
 ROWS: Mapping[str, Row] = MappingProxyType(

@@ -17,8 +17,7 @@ from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.placing_loops import ALL, LaneScratch, lane_scratch_for
 from mafsil.collision.speed_loops import ROUNDING, Motion, Speeds, speeds_for
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.kernels.loops.kernel_calls import call_lanes
-from mafsil.kernels.loops.lanes import WIDTH, in_lanes, lanes, put, seen
+from mafsil.kernels.loops.lanes import WIDTH, call_lanes, in_lanes, lanes, put, seen
 from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:

@@ -15,8 +15,7 @@ from mafsil.derivation.tolerances import DEPENDENT, DH_STEP, LEAST_LENGTH, QUART
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 from mafsil.model.dh_frames import tables_of_screws
-from mafsil.model.dh_from_axes import classic_from_modified
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import classic_from_modified, screws
 
 Rows: TypeAlias = tuple[DHRow, ...]
 Field: TypeAlias = Literal["a", "alpha", "d", "theta"]

@@ -15,7 +15,7 @@ from mafsil.arrays import Floats, Vector6, as_batch, not_negative
 from mafsil.derivation.review import Finding, Mistake, Review, shown
 from mafsil.derivation.tolerances import ALMOST_PARALLEL, NEAREST, PSEUDOINVERSE
 from mafsil.errors import InputError
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 from mafsil.model.loading import RobotLike, as_mechanism
 
 _REFINEMENTS = 3

@@ -28,7 +28,7 @@ from mafsil.derivation.tolerances import NOTHING
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.errors import ModelError
 from mafsil.model import JointKind, Mechanism
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 from mafsil.model.exponentials import chain_to_tip, kind_of_screw
 from mafsil.robot import Robot
 

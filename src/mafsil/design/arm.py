@@ -38,9 +38,9 @@ from mafsil.errors import FileError, InputError
 from mafsil.fields import check_fields
 from mafsil.mechanics.inertial_parameters import inertial_of, parameters_of
 from mafsil.model import Inertial, Link, Mechanism
+from mafsil.model.link import OUTLINE, Capsule, Shape
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import frame_along, turned_tensor
-from mafsil.model.shape import OUTLINE, Capsule, Shape
 from mafsil.model.table.building import mechanism_of
 from mafsil.model.table.reading import table_of
 from mafsil.robot import Robot, as_robot

@@ -14,7 +14,7 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.figures import space
 from mafsil.geometry import pose
 from mafsil.model.denavit_hartenberg import Convention, DHRow
-from mafsil.model.dh_link import four_motions
+from mafsil.model.dh_frames import four_motions
 from mafsil.performance.velocity.scaling import require_one
 from mafsil.robot import Robot, of_robot
 

@@ -13,9 +13,8 @@ from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.figures.picture_file import picture_file
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow
-from mafsil.model.dh_frames import frame_poses
+from mafsil.model.dh_frames import four_motions, frame_poses
 from mafsil.model.dh_from_axes import DHTable
-from mafsil.model.dh_link import four_motions
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.loading import of_mechanism
 

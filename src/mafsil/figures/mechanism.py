@@ -17,7 +17,7 @@ from mafsil.model import Mechanism
 from mafsil.model.appearance import pieces
 from mafsil.model.loading import of_any_mechanism
 from mafsil.model.mesh import Surface
-from mafsil.model.mesh.primitives import triangles
+from mafsil.model.mesh.surface import triangles
 from mafsil.robot import Robot
 
 _INK, _SOFT = "#39424a", "#c9ced2"

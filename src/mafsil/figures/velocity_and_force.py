@@ -15,7 +15,7 @@ from mafsil.figures import space
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import screw
 from mafsil.messages import say
-from mafsil.model.dh_link import link_fit
+from mafsil.model.dh_frames import link_fit
 from mafsil.performance import joint_reactions, tool_jacobian
 from mafsil.performance.statics import LinkLoad
 from mafsil.performance.velocity.scaling import require_one

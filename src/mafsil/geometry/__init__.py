@@ -4,7 +4,7 @@ Modules of array functions: rotation, quaternion, euler, pose, screw, twist, wre
 matrix_exponential. Values: Rotation, Pose, Twist, Wrench, ScrewAxis, Point, Vector.
 
 call      Pose, Rotation, Twist, Wrench; functions of arrays such as mf.geometry.euler
-computed  `declared` makes the functions from `mafsil.algebra`; `values.pose`, `values.rotation`, `values.twist`
+computed  `membership` makes the functions from `mafsil.algebra`; `values.pose`, `values.twist`
           hold values with frames
 tested    tests/geometry, tests/reliability/lie_groups.py
 """

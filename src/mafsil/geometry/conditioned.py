@@ -25,8 +25,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Shape, Symbolic, as_batch
 from mafsil.geometry import membership
-from mafsil.geometry.declared import Declared, Ports
-from mafsil.geometry.membership import CORES, Member
+from mafsil.geometry.membership import CORES, Declared, Member, Ports
 
 ScalarLike: TypeAlias = Annotated[ArrayLike, Shape("*batch")]
 Vector2Like: TypeAlias = Annotated[ArrayLike, Shape("*batch", 2)]

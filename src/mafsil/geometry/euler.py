@@ -29,7 +29,7 @@ from mafsil.arrays import (
 )
 from mafsil.errors import InputError
 from mafsil.geometry.conditioned import AxisTripleLike, Conditioned, RotationLike, Vector3Like, compile_function
-from mafsil.geometry.declared import Declared
+from mafsil.geometry.membership import Declared
 from mafsil.geometry.tolerances import ROUNDOFF, SPECIAL
 
 TwoTriples: TypeAlias = Annotated[Floats, Shape("*batch", 2, 3)]

@@ -19,7 +19,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import pose as functions
 from mafsil.geometry.tolerances import LOOP_ANGLE, LOOP_DISTANCE
 from mafsil.geometry.values import Pose
-from mafsil.geometry.values.labels import Frames
+from mafsil.geometry.values.value import Frames
 
 Link: TypeAlias = "Pose | Frames"
 """A known pose T_ab with its letters, or only the letters (a, b) of an unknown one."""

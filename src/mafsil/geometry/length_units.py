@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Matrix6, PoseMatrix, Vector6, as_batch, positive
 from mafsil.errors import InputError
-from mafsil.geometry.values.point import METRES
+from mafsil.geometry.values.pose import METRES
 
 
 def factor(unit: str, target: str) -> float:

@@ -327,7 +327,7 @@ def conditioning(points: Sequence[Floats]) -> Floats:
     """
     where = np.array(points)
     M = np.empty((3 * (where.shape[1] - 1),) * 2)
-    loops.contact_loops.conditioning(where, M)
+    loops.disc_loops.conditioning(where, M)
     return M
 
 

@@ -278,7 +278,7 @@ class Grasp:
         """
         origin = np.zeros(self.dimension) if about is None else as_batch("about", about, (self.dimension,), finite=True)
         M = np.empty((self.rows, self.rows))
-        loops.contact_loops.about(origin, positive("length", length), M)
+        loops.disc_loops.about(origin, positive("length", length), M)
         return M
 
     def _exact_columns(self) -> list[list[Any]] | None:

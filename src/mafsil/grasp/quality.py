@@ -189,7 +189,7 @@ def point_discs(W: Floats) -> Floats:
 def _facet(W: Floats, u: Floats) -> Floats | None:
     """The facet that points nearly along u, as v with v . w = 1 on it; None if the points nearby do not make one."""
     exact = np.empty(len(W))
-    if loops.facet_loops.facet_through((0,) * len(W), np.ascontiguousarray(W), u, exact):
+    if loops.nearest_point_loops.facet_through((0,) * len(W), np.ascontiguousarray(W), u, exact):
         return exact
     heights = u @ W
     near = heights >= heights.max() - ON_FACET * np.linalg.norm(W, axis=0).max()

@@ -10,7 +10,7 @@ from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.geometry import pose
 from mafsil.ik.tolerances import NO_EXTENT, TYPED_ZERO
 from mafsil.model import JointKind, Mechanism
-from mafsil.model.exponential_products import screws
+from mafsil.model.dh_from_axes import screws
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.mechanism import JointLimits
 

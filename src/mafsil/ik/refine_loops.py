@@ -9,7 +9,7 @@ import numpy as np
 from mafsil.arrays import Booleans, Floats
 from mafsil.floating_point import EPS, LEAST_DIVISOR
 from mafsil.ik.tolerances import EXACT_POSE, NO_BETTER, SINGULAR
-from mafsil.kernels.loops.kernel_calls import address, call_kernel
+from mafsil.kernels.loops.lanes import address, call_kernel
 from mafsil.kernels.loops.loop import compiled
 
 LONGEST = 0.5

@@ -18,9 +18,9 @@ from mafsil.job.payload import with_tool
 from mafsil.job.poses import pose_matrix
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
-from mafsil.model.frame_changes import on_track
 from mafsil.model.limits import Limits
 from mafsil.model.loading import load_mechanism
+from mafsil.model.mounting import on_track
 from mafsil.parallel.legs.described import described
 from mafsil.parallel.robot_file import KINDS
 from mafsil.robot import Robot, as_open_tree

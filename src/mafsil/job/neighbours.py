@@ -29,8 +29,8 @@ from mafsil.job.resting import resting_place
 from mafsil.job.usual import unusual, without_usual
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
+from mafsil.model.appearance import with_skeleton
 from mafsil.model.loading import load_mechanism
-from mafsil.model.skeleton import with_skeleton
 from mafsil.planning import TimedArm
 from mafsil.planning.arms_motion import first_unproved, unproved_moment
 from mafsil.robot import Robot, as_open_tree

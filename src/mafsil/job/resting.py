@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.errors import MafsilError, ModelError
 from mafsil.lazy_module import lazily
 from mafsil.model import JointKind, JointLimits, Mechanism
-from mafsil.model.skeleton import reach
+from mafsil.model.appearance import reach
 from mafsil.robot import Robot
 
 if TYPE_CHECKING:

@@ -39,8 +39,8 @@ from mafsil.job.remark import Remark
 from mafsil.job.text import text_of
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
-from mafsil.model.shape import Mesh
-from mafsil.model.skeleton import with_shapes
+from mafsil.model.appearance import with_shapes
+from mafsil.model.link import Mesh
 from mafsil.planning import ArmPlan, TimedArm, plan
 from mafsil.planning.kept_planning import Measured
 from mafsil.planning.path_constraints import Constraint

@@ -2,7 +2,7 @@
 
 call      mf.kernels.compile(function) gives a Kernel; @compiled of `loops.loop` for loops
 computed  `lower` makes a tape, `fusion` and `schedule` order it, `emitter` writes LLVM, `call` and `rows` run
-          batches; `export.c`, `export.objects`, `ptx` write it for others
+          batches; `export`, `ptx` write it for others
 compiled  `llvm` makes machine code, `elf` links it; `loops` is the compiler of loops
 tested    tests/kernels, tests/export
 """

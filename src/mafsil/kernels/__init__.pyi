@@ -1,4 +1,5 @@
 from mafsil.kernels.batch import Evaluator as Evaluator
+from mafsil.kernels.cache import KernelRecord as KernelRecord
 from mafsil.kernels.device import DeviceArray as DeviceArray
 from mafsil.kernels.device import device_array as device_array
 from mafsil.kernels.identity import fingerprint as fingerprint
@@ -7,4 +8,3 @@ from mafsil.kernels.kernel import compile as compile
 from mafsil.kernels.kernel import warm as warm
 from mafsil.kernels.layout import Port as Port
 from mafsil.kernels.layout import Signature as Signature
-from mafsil.kernels.provenance import KernelRecord as KernelRecord

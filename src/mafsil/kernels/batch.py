@@ -11,7 +11,7 @@ import numpy as np
 from mafsil import threads as pool
 from mafsil.arrays import Floats, Symbolic, as_batch, require_finite
 from mafsil.errors import InputError
-from mafsil.kernels import caches, cost, result_memory
+from mafsil.kernels import result_memory, small_batch
 from mafsil.kernels.call import LARGE
 from mafsil.kernels.device.array import on_device
 from mafsil.kernels.layout import Port, Signature
@@ -62,7 +62,7 @@ class Loops:
             rows: of a batch; counted together with those of earlier ones.
         """
         done = self._done + rows
-        if done >= cost.SINGLY or self._has_lanes():
+        if done >= small_batch.SINGLY or self._has_lanes():
             return False
         self._done = done
         return True
@@ -241,7 +241,7 @@ class Evaluator:
 
         Pages that have never been written are in the caches when the system has cleared them; they are written plainly.
         """
-        past = prod(batch) * self._row > caches.kept_bytes(self._row)
+        past = prod(batch) * self._row > result_memory.kept_bytes(self._row)
         if results is not None:
             return results, past
         found = [result_memory.new(batch + port.shape) for port in self._signature.outputs]
@@ -264,7 +264,7 @@ class Evaluator:
 
     def _parts(self, batch: tuple[int, ...]) -> int:
         """The most parts that a batch is worth."""
-        return min(int(prod(batch) * self._row_ns() / cost.HANDED_OVER_NS), max(batch))
+        return min(int(prod(batch) * self._row_ns() / small_batch.HANDED_OVER_NS), max(batch))
 
     def _pieces(self, batch: tuple[int, ...]) -> int:
         """The fewest parts between which a waiting Ctrl-C is heard soon enough."""

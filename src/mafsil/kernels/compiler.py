@@ -22,18 +22,17 @@ from weakref import WeakValueDictionary
 from mafsil.code_store import compilation, warn
 from mafsil.errors import KernelError
 from mafsil.kernels import cache, identity, image, target
-from mafsil.kernels.cache import Entry, Store, TapeEntry
+from mafsil.kernels.cache import Entry, KernelRecord, Store, TapeEntry
 from mafsil.kernels.call import CALL
 from mafsil.kernels.image import Image, Part
 from mafsil.kernels.layout import BATCH, LANES, SINGLE, Signature
-from mafsil.kernels.provenance import KernelRecord
 from mafsil.kernels.target import Target
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    import mafsil.kernels.translation as translation
+    import mafsil.kernels.lower as translation
 else:
-    translation = lazily("mafsil.kernels.translation")
+    translation = lazily("mafsil.kernels.lower")
 
 LONGEST_COMPILATION = 60.0
 """How long the end of the process waits for a thread that compiles [s]."""

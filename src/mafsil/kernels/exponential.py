@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from mafsil.kernels import coefficients as table
+from mafsil.kernels import exact as table
 from mafsil.kernels.emitter import Lanes
 from mafsil.kernels.exact import ordered_sum, polynomial, two_product, two_sum
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.kernels import cost, elf, target
-from mafsil.kernels.cache import Entry, TapeEntry
+from mafsil.kernels import elf, small_batch, target
+from mafsil.kernels.cache import Entry, KernelRecord, TapeEntry, from_json
 from mafsil.kernels.call import BIND, CALL
 from mafsil.kernels.layout import (
     ALONE,
@@ -23,7 +23,6 @@ from mafsil.kernels.layout import (
     Signature,
     contiguous_steps,
 )
-from mafsil.kernels.provenance import KernelRecord, from_json
 from mafsil.kernels.small_batch import FEW, MOST, TO_LOOP, TO_SINGLE, most_rows
 from mafsil.kernels.target import Code
 
@@ -120,7 +119,7 @@ class Image:
         """Nanoseconds of one row of a batch, about (`cost`)."""
         if not self._row_ns:
             lanes = from_json(self.part(BATCH).record, cached=True).lanes
-            self._row_ns = cost.row_ns(self.operations, lanes, self._signature)
+            self._row_ns = small_batch.row_ns(self.operations, lanes, self._signature)
         return self._row_ns
 
     @property

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from mafsil import threads
 from mafsil.kernels import batch, cache, call, identity, runtime, ufunc
-from mafsil.kernels.cache import Store
+from mafsil.kernels.cache import KernelRecord, Store
 from mafsil.kernels.call import BIND, CALL
 from mafsil.kernels.compiler import Order, obtain
 from mafsil.kernels.image import FROM_PYTHON, Image
 from mafsil.kernels.layout import BATCH, LANES, SINGLE, Signature
 from mafsil.kernels.lazy import lazy
-from mafsil.kernels.provenance import KernelRecord
 from mafsil.kernels.streaming import STREAMED
 from mafsil.kernels.target import Target
 from mafsil.lazy_module import lazily

@@ -1,10 +1,17 @@
-"""The binary interface of a kernel: ports, their core shapes, and the names of the compiled entry points."""
+"""The binary interface of a kernel: ports, their core shapes, and the names of the compiled entry points.
+
+A name that every C compiler and every linker takes can be made from any text (`identifier`).
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from hashlib import blake2b
 from math import prod
 
+_LONGEST = 31
+"""C99 promises so many significant characters of an external name."""
 BATCH = "mafsil_batch"
 """Symbol of the batch entry, a gufunc inner loop: void (char **args, npy_intp *dims, npy_intp *steps, void *data)."""
 SINGLE = "mafsil_single"
@@ -80,3 +87,13 @@ def contiguous_steps(port: Port, itemsize: int = 8) -> tuple[int, ...]:
 
 def _cores(ports: tuple[Port, ...]) -> str:
     return ",".join("(" + ",".join(map(str, port.shape)) + ")" for port in ports)
+
+
+def identifier(text: str) -> str:
+    """A C identifier that reminds of the text; letters of other scripts become a short hash."""
+    slug = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")
+    if not text.isascii() or not slug or len(slug) > _LONGEST:
+        slug = (
+            f"{slug[:20].strip('_') or 'robot'}_{blake2b(text.encode('utf-8', 'replace'), digest_size=3).hexdigest()}"
+        )
+    return slug if slug[0].isalpha() else f"r{slug}"

@@ -1,11 +1,12 @@
-"""A tape as LLVM IR: entries for batches, for one row, and for rows that are in lanes already, alone or in one module.
+"""From an expression to LLVM IR: entries for batches, for one row, and for rows in lanes, alone or in one module.
 
 The batch entry takes W rows at once, the single entry one row by the shortest way. A tape is a list of operations on
 numbers, each needing earlier ones. In C the single entry would be
 `void single(const double *x0, ..., double *y0, ...) { double t5 = x0[1] * x0[2]; ... y0[0] = t9; }`; the batch entry
 does the same with W numbers in place of one (`<W x double>`), element e of W rows of the batch in the W lanes. Steps:
 
-1. Ports and tape must fit each other, and one tile of rows the stack.
+1. The function is read into a tape and reduced (`trace_function`); ports and tape must fit each other, and one tile of
+   rows the stack.
 2. The tape is cut into pieces of some thousand operations (`segments`): LLVM's time grows faster than the length.
 3. Every piece is printed, operation by operation (`program.Program`), into the text of a function.
 4. One piece is the body itself; several become functions that the body calls one after another, values for later
@@ -14,20 +15,26 @@ does the same with W numbers in place of one (`<W x double>`), element e of W ro
 6. What all need once: declarations of intrinsics, the reduction of huge angles (`argument`), attributes.
 
 Compiled apart, each entry is there as soon as it is needed, and a kernel that is only ever called in one way has only
-that. Comments are kept out of the IR itself: its length decides how hard LLVM tries (`target`).
+that. Comments are kept out of the IR itself: its length decides how hard LLVM tries (`target`). Kernels from the cache
+need none of this, and `compiler` imports this module when it must: with the expressions, the rules of reduction and
+the printers of IR it takes 30 ms, more than all the rest of a start.
 """
 
 from __future__ import annotations
 
 from mafsil.errors import KernelError
+from mafsil.expression import Function
+from mafsil.kernels import call
 from mafsil.kernels.argument import huge_function, huge_value_function
+from mafsil.kernels.call import CALL
 from mafsil.kernels.emitter import Text
 from mafsil.kernels.layout import ALONE, BATCH, LANE_COUNT, LANES, SINGLE, Signature
 from mafsil.kernels.program import Program
+from mafsil.kernels.reduce import reduce
 from mafsil.kernels.rows import blocks
-from mafsil.kernels.segments import Segment, segments
+from mafsil.kernels.schedule import Segment, segments
 from mafsil.kernels.staging import BODY, staging
-from mafsil.kernels.tape import Tape
+from mafsil.kernels.tape import Tape, from_text, read
 from mafsil.kernels.target import Target
 
 TILE_BYTES = 1 << 22
@@ -270,3 +277,30 @@ def _gather(signature: Signature) -> list[str]:
             text.do(f"store double %number{place}, ptr %to{place}, align 8")
             place += 1
     return text.lines
+
+
+def trace_function(function: Function) -> Tape:
+    """The reduced tape of a function.
+
+    Args:
+        function: whose ports are columns.
+
+    Raises:
+        KernelError: an operation has no compiled form.
+    """
+    return reduce(read(function))
+
+
+def translate(part: str, program: str | None, signature: Signature, machine: Target) -> str:
+    """LLVM IR of the module of a part.
+
+    Args:
+        part: BATCH, SINGLE, LANES or CALL.
+        program: text of the reduced tape; None for CALL, which does no arithmetic.
+        signature: ports.
+        machine: to compile for.
+    """
+    if program is None or part == CALL:
+        return call.wrapper(signature, machine.triple)
+    ir = lower(from_text(program), signature, machine, (part,))
+    return ir + call.loop(machine.triple) if part == BATCH else ir

@@ -14,6 +14,8 @@ and takes it back when the array is gone. Here the pages of a result that nobody
 Arrays of this kind do not own their data (`flags.owndata`), so NumPy does not `resize` them in place; all else is as
 ever. After a fork each process has its own copy of every block. Lists change by single operations that the interpreter
 does not interrupt, so no lock is held when a lease dies, whichever thread it dies in.
+
+What the caches of this machine cannot keep until somebody reads it (`kept_bytes`) is written past them.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ import mmap
 import os
 from functools import cache
 from math import prod
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +32,11 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 
+_LAST_LEVEL = Path("/sys/devices/system/cpu/cpu0/cache/index3/size")
+_USUAL = 32 << 20
+"""Bytes of a last-level cache that does not say its size."""
+_LONG_ROW = 512
+"""Bytes of a row from which on plain stores lose early: many lines of each of the rows of a tile are open at once."""
 MEMORY_VARIABLE = "MAFSIL_RESULT_MEMORY"
 """Environment variable with the most MiB of idle results that are kept for later ones; 0 keeps none."""
 SMALLEST = 4 << 20
@@ -182,3 +190,27 @@ def _advise(mapping: mmap.mmap, advice: int) -> None:
         mapping.madvise(advice)
     except OSError:
         return
+
+
+def kept_bytes(row: int) -> int:
+    """The largest result that is written through the caches; a larger one is written past them.
+
+    Half of the last-level cache, since inputs and what the caller has in it want the other half; of long rows a
+    quarter. Measured on 32 MiB: past the caches short rows win from 16 MB on, rows of 1 kB from 8 MB on; results that
+    stay in the caches lose 10 to 40 % if they are written past them.
+
+    Args:
+        row: bytes of the results of one evaluation.
+    """
+    return last_level() // (2 if row < _LONG_ROW else 4)
+
+
+@cache
+def last_level() -> int:
+    """Bytes of the last-level cache that this machine's cores share; the usual size where it is not known."""
+    try:
+        text = _LAST_LEVEL.read_text().strip()
+        size = int(text.removesuffix("K").removesuffix("M")) << {"K": 10, "M": 20}.get(text[-1], 0)
+    except (OSError, ValueError, IndexError):
+        return _USUAL
+    return size or _USUAL

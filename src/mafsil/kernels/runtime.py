@@ -1,7 +1,7 @@
-"""Where CPython and NumPy keep what machine code reads and calls: offsets, a table of addresses, and the self-test.
+"""What machine code reads and calls in this process: structs of CPython and NumPy, a table of addresses, the system.
 
-The structs are public and have not moved for years, but nothing is taken on trust: `available` compares the offsets
-with objects of known contents, and without that proof no machine code looks at an object.
+The structs are public and have not moved for years, but nothing is taken on trust: `available`, the self-test, compares
+the offsets with objects of known contents, and without that proof no machine code looks at an object.
 """
 
 from __future__ import annotations
@@ -18,6 +18,11 @@ import numpy as np
 
 from mafsil.kernels.layout import Signature
 
+_OF_MATHEMATICS = (
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "pow", "hypot", "fmod", "nextafter", "floor",
+    "ceil", "rint", "sincos", "exp2", "exp10", "ldexp", "cbrt",
+)  # fmt: skip
+_OF_MEMORY = ("malloc", "free", "memcpy", "memset", "memmove", "bcmp", "memcmp")
 TYPE, ARRAY_DATA, ARRAY_NDIM, ARRAY_SHAPE, ARRAY_STRIDES, ARRAY_DTYPE, ARRAY_FLAGS = 8, 16, 24, 32, 40, 56, 64
 DTYPE_ORDER, DTYPE_NUMBER, FLOAT_VALUE = 26, 28, 16
 SIZE, LIST_ITEMS = 16, 24
@@ -222,3 +227,26 @@ def _runtime_answers() -> bool:
 
 def _read(kind: Any, address: int) -> Any:
     return kind.from_address(address).value
+
+
+@cache
+def functions() -> dict[str, int]:
+    """Addresses by name; those that this system does not have are left out."""
+    libraries = _libraries()
+    found: dict[str, int] = {}
+    for name in (*_OF_MATHEMATICS, *_OF_MEMORY):
+        for library in libraries:
+            function = getattr(library, name, None)
+            if function is not None:
+                found[name] = ctypes.cast(function, ctypes.c_void_p).value or 0
+    return found
+
+
+def _libraries() -> list[ctypes.CDLL]:
+    """The C library and that of mathematics, which are one on some systems."""
+    if sys.platform == "win32":
+        return [ctypes.CDLL("ucrtbase")]
+    try:
+        return [ctypes.CDLL(None), ctypes.CDLL("libm.so.6")]
+    except OSError:  # No file of that name: mathematics is in the C library (musl, macOS), or Python has brought it.
+        return [ctypes.CDLL(None)]

@@ -4,18 +4,30 @@
 2. The results are new, or `out`, under which no argument may lie.
 3. Up to FEW_ROWS contiguous rows are evaluated one after another, more in the lanes of the batch entry: a tile costs
    the same however few of its rows are wanted. Both give the same bits. While the batch entry is not in memory, the
-   call goes on to Python, which brings it once it pays (`cost.SINGLY`); while the single entry is not, a few rows go to
+   call goes on to Python, which brings it once it pays (`SINGLY`); while the single entry is not, a few rows go to
    the batch entry.
 4. Beyond ALONE_ROWS other threads may have the interpreter meanwhile.
+
+How many rows are few, and whether a second thread is worth its call, follows from what one evaluation takes, about.
 """
 
 from __future__ import annotations
 
-from mafsil.kernels import cost
 from mafsil.kernels.gathering import place as at
 from mafsil.kernels.layout import Signature
 from mafsil.kernels.runtime import ARRAY_DATA, DOUBLE
 
+OPERATION_NS = 0.2
+"""One operation of one row on one lane [ns]; sines, quotients and spills included, measured over the mechanics of arms
+and trees on AVX-512 at 4 GHz: 0.15 to 0.3."""
+BYTE_NS = 0.013
+"""One byte of a result, transposed and written [ns]."""
+HANDED_OVER_NS = 250_000
+"""Work that pays for being handed to another thread [ns]: waking one takes some 75 us, and on a busy machine it comes
+later still, while the caller waits."""
+SINGLY = 4000
+"""Rows that a kernel evaluates one after another before its code for lanes is compiled: an operation of one row takes
+1 ns, its compilation 60 us."""
 FEW = "mafsil_few"
 """Symbol of the entry of LOOP's convention for rows so few that one after another is sooner done than all at once."""
 TO_SINGLE, TO_LOOP = "mafsil_to_single", "mafsil_to_loop"
@@ -37,7 +49,7 @@ def most_rows(row_ns: float, signature: Signature) -> int:
         signature: ports of the kernel.
     """
     size = 8 * sum(port.size for port in signature.outputs)
-    return min(cost.rows_for_one_thread(row_ns), (_MOST_BYTES - 1) // max(size, 1))
+    return min(rows_for_one_thread(row_ns), (_MOST_BYTES - 1) // max(size, 1))
 
 
 def rows_of_one_batch(signature: Signature) -> str:
@@ -241,3 +253,24 @@ def _hand(count: int) -> str:
 tuple.fill:
 {puts}
   ret ptr %tuple"""
+
+
+def row_ns(operations: int, lanes: int, signature: Signature) -> float:
+    """Nanoseconds of one row of a batch on one core of a quick machine; slower ones take up to twice as long.
+
+    Args:
+        operations: of one evaluation.
+        lanes: rows that are evaluated together.
+        signature: gives the bytes of the results.
+    """
+    size = 8 * sum(port.size for port in signature.outputs)
+    return max(operations * OPERATION_NS / max(lanes, 1) + size * BYTE_NS, 1.0)
+
+
+def rows_for_one_thread(row: float) -> int:
+    """Rows of the largest batch that is worth no second thread.
+
+    Args:
+        row: nanoseconds of one row.
+    """
+    return max(1, int((2 * HANDED_OVER_NS - 1) / row))

@@ -30,11 +30,11 @@ from mafsil.arrays import PoseMatrix, as_batch, number
 from mafsil.errors import InputError, InputWarning, ModelError, warn
 from mafsil.fields import check_fields
 from mafsil.model.diagnostics import Diagnostic
+from mafsil.model.exponentials import ArmParts, JointPlace, serial_arm
 from mafsil.model.faults import DH_DEGREES
 from mafsil.model.joint import JointKind
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import checked_pose, inverse, rotation_x, rotation_y, rotation_z, translation
-from mafsil.model.serial import ArmParts, JointPlace, serial_arm
 from mafsil.model.tolerances import WRITTEN
 
 STEEPEST = 0.1

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.errors import FileError, ModelError
-from mafsil.model.link import Inertial
+from mafsil.model.link import Box, Capsule, Cylinder, Geometry, Inertial, Mesh, Sphere
 from mafsil.model.mass_properties import box, capsule, cylinder, sphere, surface
 from mafsil.model.mesh import read
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 
 
 def fill_shape(geometry: Geometry, density: float = 1.0) -> Inertial | None:

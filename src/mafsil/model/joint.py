@@ -13,8 +13,7 @@ import numpy as np
 from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
 from mafsil.errors import ModelError
 from mafsil.fields import check_fields, real
-from mafsil.model.actuator import Actuator, Friction
-from mafsil.model.limits import Limits
+from mafsil.model.limits import Actuator, Friction, Limits
 from mafsil.model.link import fixed_array
 from mafsil.model.placement import checked_pose
 from mafsil.model.tolerances import WRITTEN

@@ -14,13 +14,11 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.errors import ModelError
 from mafsil.model.denavit_hartenberg import Convention
-from mafsil.model.dh_from_axes import DHTable
-from mafsil.model.exponential_products import screws
-from mafsil.model.exponentials import Screws, chain_to_tip, mechanism_from_screws
+from mafsil.model.dh_from_axes import DHTable, screws
+from mafsil.model.exponentials import ArmParts, Screws, chain_to_tip, mechanism_from_screws
 from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import adjoint, checked_pose, inverse, screw_motion
-from mafsil.model.serial import ArmParts
 
 
 class LocalScrews(NamedTuple):

@@ -20,7 +20,6 @@ from mafsil.model.tolerances import PRINTED
 
 Density = Callable[[Floats], ArrayLike]
 """Points (k, 3) [m] -> densities (k,) [kg/m^3]."""
-
 GAUSS_POINTS = 4
 """Points of the Gauss rule per cell and direction: exact for polynomials of degree 7."""
 

@@ -24,9 +24,9 @@ from mafsil.model.tip import TipChoice, choose_tip, is_named_as_tip
 from mafsil.model.tooling import payload, tool_pose, with_body
 
 if TYPE_CHECKING:
-    import mafsil.model.locking as locking
+    import mafsil.model.tooling as locking
 else:
-    locking = lazily("mafsil.model.locking")
+    locking = lazily("mafsil.model.tooling")
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 

@@ -1,9 +1,9 @@
-"""Poses of constant frames as NumPy matrices: what tables and files of robots are built from."""
+"""Poses of constant frames as NumPy matrices: what tables and files of robots are built from, and written by."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, pi, sin
+from math import atan2, cos, pi, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import mafsil.geometry.membership as membership
 else:
     membership = lazily("mafsil.geometry.membership")
+
 
 _QUARTER = pi / 2
 _ROUNDING = 4 * EPS
@@ -212,3 +213,15 @@ def frame_along(direction: Vector3) -> Floats:
         return np.diag([1.0, -1.0, -1.0])
     W = skew(np.array([-y, x, 0.0]))
     return np.eye(3) + W + W @ W * ((1.0 - z) / across if z < 0.0 else 1.0 / (1.0 + z))
+
+
+def rpy_from_rotation(R: Floats) -> tuple[float, float, float]:
+    """Roll, pitch, yaw [rad] of a rotation matrix (3, 3).
+
+    Yaw is found first and turned back; what remains is a turn about y and one about x, well conditioned everywhere.
+    """
+    yaw = atan2(R[1, 0], R[0, 0]) if max(abs(R[1, 0]), abs(R[0, 0])) > 1e-14 else 0.0
+    c, s = cos(yaw), sin(yaw)
+    pitch = atan2(-R[2, 0], c * R[0, 0] + s * R[1, 0])
+    roll = atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
+    return roll, pitch, yaw

@@ -1,26 +1,47 @@
-"""The state of one reading: the document, the diagnostics so far, and strict access to numbers and names."""
+"""The state of one reading: the document, the diagnostics so far, and strict access to numbers and names.
+
+Numbers have the strict decimal grammar of robot files; what only looks like one is named (`_kind_of_nonsense`).
+"""
 
 from __future__ import annotations
 
+import math
 import re
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from mafsil.model.diagnostics import MOST_DIAGNOSTICS, Diagnostic, Edit, Fault, Repair, Severity, safe, shown
 from mafsil.model.faults import (
+    DECIMAL_COMMA,
+    HEXADECIMAL,
+    LOCAL_DIGITS,
     MISSING_ATTRIBUTE,
     MORE_REMARKS,
     NO_NAME,
+    NOT_A_NUMBER,
+    NOT_FINITE,
+    OVERFLOW,
     REPEATED_ELEMENT,
     STRANGE_NAME,
+    TOO_BIG,
     TOO_MANY_ERRORS,
     UNDERFLOW,
+    WITH_UNIT,
     WRONG_COUNT,
 )
-from mafsil.model.numbers import LARGEST, decimal, proposal
 from mafsil.model.source import Text
 from mafsil.model.xml_tree import Document, Element, Refusal
 
+LARGEST = 1e15
+"""Beyond this no mass, length or inertia in SI units is meant; joint limits may be larger."""
+LONGEST = 400
+_DECIMAL = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_HEXADECIMAL = re.compile(r"[+-]?0[xX][0-9a-fA-F]+")
+_COMMA = re.compile(r"([+-]?[0-9]+),([0-9]+(?:[eE][+-]?[0-9]+)?)")
+_UNIT = re.compile(r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(kg|m|rad|N|Nm|s|kgm2|kg\.m2)")
+_NOT_FINITE = {"nan", "inf", "infinity"}
+_SEPARATORS = {"٫": ".", "٬": "", "−": "-"}
 FORBIDDEN_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
 LONGEST_NAME = 500
 LONGEST_LIST = 20_000
@@ -281,3 +302,65 @@ class Reading:
             WRONG_COUNT, element, attribute, repair,
             element=element.tag, attribute=attribute, expected=count, got=len(words), text=" ".join(words),
         )  # fmt: skip
+
+
+def decimal(text: str, *, largest: float = LARGEST) -> tuple[float, Fault | None]:
+    """The number a word stands for, and what is wrong with it.
+
+    Args:
+        text: one word without blanks.
+        largest: magnitude beyond which it is refused.
+
+    Returns:
+        The value (0.0 if it has none) and the fault, or None.
+    """
+    if len(text) > LONGEST or not _DECIMAL.fullmatch(text):
+        return 0.0, _kind_of_nonsense(text)
+    value = float(text)
+    if math.isinf(value):
+        return 0.0, OVERFLOW
+    if abs(value) > largest:
+        return 0.0, TOO_BIG
+    if value == 0.0 and any(c in "123456789" for c in re.split("[eE]", text)[0]):
+        return 0.0, UNDERFLOW
+    return value, None
+
+
+def proposal(text: str) -> str | None:
+    """The plain decimal that a faulty word most probably means, or None."""
+    word = text.strip()
+    if len(word) > LONGEST:
+        return None
+    if found := _COMMA.fullmatch(word):
+        return f"{found[1]}.{found[2]}"
+    if _HEXADECIMAL.fullmatch(word):
+        return str(int(word, 16))
+    if found := _UNIT.fullmatch(word):
+        return found[1]
+    western = _with_western_digits(word)
+    return western if western != word and _DECIMAL.fullmatch(western) else None
+
+
+def written(value: float) -> str:
+    """The shortest decimal that reads back as the same double."""
+    text = repr(float(value))
+    return text.removesuffix(".0")
+
+
+def _kind_of_nonsense(text: str) -> Fault:
+    word = text.strip().lower()
+    if len(word) > LONGEST:
+        return NOT_A_NUMBER
+    if word.lstrip("+-") in _NOT_FINITE:
+        return NOT_FINITE
+    if _HEXADECIMAL.fullmatch(word):
+        return HEXADECIMAL
+    if _COMMA.fullmatch(word):
+        return DECIMAL_COMMA
+    if _UNIT.fullmatch(text.strip()):
+        return WITH_UNIT
+    return LOCAL_DIGITS if any(c.isdecimal() and c > "\x7f" for c in word) else NOT_A_NUMBER
+
+
+def _with_western_digits(word: str) -> str:
+    return "".join(_SEPARATORS.get(c, str(unicodedata.decimal(c)) if c.isdecimal() else c) for c in word)

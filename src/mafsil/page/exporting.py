@@ -11,7 +11,7 @@ from mafsil.errors import InputError
 from mafsil.kernels.export import Export, Legend, bundle
 from mafsil.kernels.export import export as export_kernel
 from mafsil.kernels.export.legend import symbol
-from mafsil.kernels.export.objects.bundle import layout_text
+from mafsil.kernels.export.object_file import layout_text
 from mafsil.mechanics.loop_terms import Term
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm

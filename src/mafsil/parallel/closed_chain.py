@@ -25,8 +25,8 @@ from mafsil.parallel.closed_kernels import terms_kernel
 from mafsil.parallel.closed_terms import Terms
 from mafsil.parallel.closing import CLOSED, FARTHEST_START
 from mafsil.robot import Robot, as_open_tree
-from mafsil.robot.arguments import in_tip
 from mafsil.robot.closed_states import loop_size
+from mafsil.robot.degrees import in_tip
 
 if TYPE_CHECKING:
     from mafsil.kernels import Kernel

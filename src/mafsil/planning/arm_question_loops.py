@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.kernels.loops.held import Held, open_held
+from mafsil.kernels.loops.entry import Held, open_held
 from mafsil.kernels.loops.lanes import WIDTH
 from mafsil.kernels.loops.loop import compiled, inlined
 from mafsil.planning.arm_search_loops import (

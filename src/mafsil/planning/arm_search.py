@@ -20,20 +20,20 @@ from mafsil.planning.arm_limits import UNBOUNDED, Moving, rule_for
 from mafsil.planning.problem import length_of
 
 if TYPE_CHECKING:
-    import mafsil.kernels.loops.holding as holding
+    import mafsil.kernels.loops.loop as holding
     import mafsil.planning.arm_question_loops as arm_question_loops
     import mafsil.planning.arm_search_loops as arm_search_loops
     import mafsil.planning.retreat_loops as retreat_loops
     from mafsil.collision import Checker
     from mafsil.collision.layout import LaidArm
-    from mafsil.kernels.loops.held import Held
+    from mafsil.kernels.loops.entry import Held
     from mafsil.planning.arm_question_loops import Question
     from mafsil.planning.arm_search_loops import Forests
     from mafsil.planning.retreat_loops import Limbs
 else:
     arm_question_loops = lazily("mafsil.planning.arm_question_loops")
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")
-    holding = lazily("mafsil.kernels.loops.holding")
+    holding = lazily("mafsil.kernels.loops.loop")
     retreat_loops = lazily("mafsil.planning.retreat_loops")
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import FREE, OPEN, colliding_rows, prove
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.entry import Held
 from mafsil.kernels.loops.lanes import WIDTH, buffer, get, in_lanes, lanes, part, seen, where
 from mafsil.kernels.loops.loop import compiled, inlined
 from mafsil.planning.retreat_loops import Limbs, retreats

@@ -12,9 +12,9 @@ from mafsil import collision, ik, performance
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
+from mafsil.model.appearance import reach, with_skeleton
 from mafsil.model.loading import RobotLike, require_no_loops
 from mafsil.model.placement import checked_poses, inverse
-from mafsil.model.skeleton import reach, with_skeleton
 from mafsil.planning.interruption import best_kept, tells_of_interruption
 from mafsil.planning.placement_answer import MEASURES, BasePlacement, PlacementFailure, PlacementStatus
 from mafsil.robot import as_robot

@@ -20,7 +20,7 @@ from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm, Scratch, gap_between, just_above, place_bodies, scratch_for
 from mafsil.collision.speed_loops import ROUNDING, Motion
 from mafsil.collision.workshop_loops import FROM_ITSELF, World
-from mafsil.kernels.loops.kernel_calls import call_kernel
+from mafsil.kernels.loops.lanes import call_kernel
 from mafsil.kernels.loops.loop import compiled
 
 FREE, NEAR, MEETING, FULL = range(4)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Kinematics, state_along
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.kernels.loops.kernel_calls import call_kernel
+from mafsil.kernels.loops.lanes import call_kernel
 from mafsil.kernels.loops.loop import compiled
 
 POINT, AXIS = range(2)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.kernels.loops.held import Held, open_held
+from mafsil.kernels.loops.entry import Held, open_held
 from mafsil.kernels.loops.loop import compiled
 from mafsil.planning.arm_search_loops import (
     FULL,

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Kinematics
-from mafsil.kernels.loops.kernel_calls import call_lanes
-from mafsil.kernels.loops.lanes import WIDTH, get, lanes, part, put, seen
+from mafsil.kernels.loops.lanes import WIDTH, call_lanes, get, lanes, part, put, seen
 from mafsil.kernels.loops.loop import compiled
 from mafsil.solvers.cholesky_loops import factor, solve
 

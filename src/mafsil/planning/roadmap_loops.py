@@ -19,7 +19,7 @@ from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
 from mafsil.collision.workshop_loops import Workshop
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.entry import Held
 from mafsil.kernels.loops.loop import compiled
 from mafsil.planning.arm_search_loops import apart, draw, looks_free, proves_free
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.entry import Held
 from mafsil.kernels.loops.loop import compiled, inlined
 from mafsil.planning.arm_search_loops import apart, draw, proves_free
 

@@ -24,11 +24,10 @@ from mafsil.job.payload import box_in_tip
 from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.resting import resting_configuration, starting_place
 from mafsil.job.surroundings import scene_of
+from mafsil.model.link import Box, Capsule, Cylinder, Sphere
 from mafsil.model.mesh import Surface
 from mafsil.model.mesh.decimation import decimate
-from mafsil.model.mesh.primitives import SIDES
-from mafsil.model.mesh.surface import hull_surface
-from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
+from mafsil.model.mesh.surface import SIDES, hull_surface
 from mafsil.report.content import Carried, Scene
 from mafsil.report.shelves import shelves
 from mafsil.report.touched import doors, standing

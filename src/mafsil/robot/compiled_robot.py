@@ -22,12 +22,10 @@ from mafsil.mechanics.friction import SMOOTHING, FrictionLaw, friction_law
 from mafsil.mechanics.mass_matrix_singularity import MassMatrixSingularity, mass_matrix_singularity
 from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
-from mafsil.model.moved_matter import joints_that_move_matter
-from mafsil.robot.arguments import arrange, twin_form
-from mafsil.robot.degrees import DegreesHint, evaluate_in_degrees, takes_degrees
+from mafsil.model.inertia_check import joints_that_move_matter
+from mafsil.robot.degrees import DegreesHint, arrange, evaluate_in_degrees, takes_degrees, twin_form
 from mafsil.robot.description import Description
-from mafsil.robot.motionless import Motionless
-from mafsil.robot.routines import Routines, signature_of
+from mafsil.robot.routines import Motionless, Routines, signature_of
 
 if TYPE_CHECKING:
     import mafsil.robot.closed_states as closed_states

@@ -7,8 +7,8 @@ from functools import partial
 from typing import Any
 
 from mafsil.errors import ModelError
+from mafsil.kernels.identity import meaning
 from mafsil.kernels.kernel import Kernel, compile
-from mafsil.kernels.sources import meaning
 from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism

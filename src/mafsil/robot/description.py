@@ -19,16 +19,15 @@ from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.model import Joint, JointKind, JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRowLike, mechanism_from_dh
-from mafsil.model.exponentials import mechanism_from_screws
-from mafsil.model.serial import ArmParts
+from mafsil.model.exponentials import ArmParts, mechanism_from_screws
 from mafsil.robot.degrees import in_radians, radians_per_unit
 
 if TYPE_CHECKING:
-    import mafsil.model.impossible_inertia as impossible_inertia
+    import mafsil.model.inertia_check as impossible_inertia
     import mafsil.model.saving as saving
     from mafsil.model.losses import Loss
 else:
-    impossible_inertia = lazily("mafsil.model.impossible_inertia")
+    impossible_inertia = lazily("mafsil.model.inertia_check")
     saving = lazily("mafsil.model.saving")
 
 

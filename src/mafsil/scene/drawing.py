@@ -18,9 +18,8 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.geometry import rotation
 from mafsil.messages.visible import visible
 from mafsil.model import Box, Capsule, Cylinder, JointKind, Mechanism, Sphere
-from mafsil.model.appearance import Piece, Pieces, corners, part_of, pieces, primitives
+from mafsil.model.appearance import THIN, Piece, Pieces, corners, part_of, pieces, primitives, reach, stand
 from mafsil.model.mesh import Surface
-from mafsil.model.skeleton import THIN, reach, stand
 
 Colour: TypeAlias = tuple[float, float, float, float]
 MOST_COLOURS = 16

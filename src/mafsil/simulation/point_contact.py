@@ -25,7 +25,7 @@ import numpy as np
 from mafsil.arrays import Floats, Vector3
 from mafsil.errors import InputError
 from mafsil.simulation.tolerances import IMMOBILE, ON_THE_CONE, PARALLEL, QUIET, SINGULAR_CONTACT
-from mafsil.solvers.bracketed_root import bracketed_root
+from mafsil.solvers.solution import bracketed_root
 
 DIRECTIONS = 72
 """Directions of sliding that are looked at before the right one is located between two of them."""

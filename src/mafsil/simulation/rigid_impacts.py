@@ -39,9 +39,9 @@ from mafsil.simulation.point_contact import PointContact, tangents
 from mafsil.simulation.rigid_plant import TipState
 from mafsil.simulation.surface_forces import SurfaceForces, resting, without
 from mafsil.simulation.tolerances import QUIET, RESTING, TOUCHING
-from mafsil.solvers.bounded_least_squares import least_distance
-from mafsil.solvers.bracketed_root import bracketed_root
 from mafsil.solvers.integrate import State
+from mafsil.solvers.linear_program import least_distance
+from mafsil.solvers.solution import bracketed_root
 
 SWEEPS = 2_000
 """Over the surfaces, until friction does not change any more."""

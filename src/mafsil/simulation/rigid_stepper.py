@@ -32,8 +32,8 @@ from mafsil.simulation.stepping import IMPLICIT_FRICTION, Stepper
 from mafsil.simulation.surface_forces import Mode, SurfaceForces, resting
 from mafsil.simulation.tolerances import PART_OF_STEP, QUIET, RESTING, STILL, TOUCHING
 from mafsil.solvers import method, second_order
-from mafsil.solvers.bracketed_root import bracketed_root
 from mafsil.solvers.integrate import State, Step
+from mafsil.solvers.solution import bracketed_root
 
 MOST_EVENTS = 20_000
 """Within one step: flights of at least a thousandth of it make a thousand impacts."""

@@ -6,7 +6,7 @@ import pytest
 from mafsil.model import Box, Capsule, Cylinder, Sphere
 from mafsil.model.mesh import Surface
 from mafsil.model.mesh.decimation import decimate
-from mafsil.model.mesh.primitives import triangles
+from mafsil.model.mesh.surface import triangles
 
 
 def area_and_volume(surface):

@@ -10,7 +10,7 @@ import pytest
 from mafsil.model import mesh
 from mafsil.model.mass_properties import surface as solid
 from mafsil.model.mesh import Surface
-from mafsil.model.mjcf.mesh_mass import MeshInertia, hull_surface, mesh_mass
+from mafsil.model.mjcf.mesh_asset import MeshInertia, hull_surface, mesh_mass
 
 trimesh = pytest.importorskip("trimesh")
 

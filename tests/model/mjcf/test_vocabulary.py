@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from mafsil.model import mjcf
-from mafsil.model.mjcf.vocabulary import MOTORS, ROWS, row_of
+from mafsil.model.mjcf.settings import MOTORS, ROWS, row_of
 from mafsil.model.vocabulary import Row, Treatment
 from tests.corpus.mujoco_file import MuJoCoFile
 from tests.model.mjcf.mjcf_models import ARM

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mafsil.model import sdf
-from mafsil.model.sdf.vocabulary import ROWS
+from mafsil.model.sdf.scope import ROWS
 
 SPECIFICATION = {
     "world": "name|actor atmosphere audio frame gravity gui include joint light magnetic_field model physics "

@@ -33,9 +33,9 @@ from mafsil.model import (
     library,
     sdf,
 )
+from mafsil.model.inertia_check import possible_inertias
 from mafsil.model.losses import Weight
 from mafsil.model.placement import pose_from_xyz_rpy
-from mafsil.model.possible_inertia import possible_inertias
 from tests.model.peer_readers import text_of
 from tests.model.random_robots import random_robot
 from tests.model.sdf.test_sdf_loops import ENDS, bars

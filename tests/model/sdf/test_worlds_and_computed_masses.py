@@ -11,8 +11,8 @@ import mafsil as mf
 from mafsil.errors import FileError, InputError
 from mafsil.model import sdf
 from mafsil.model.filled_shape import fill_shape
+from mafsil.model.link import Capsule
 from mafsil.model.mjcf.geom import moments, volume
-from mafsil.model.shape import Capsule
 from tests.model.drake_reader import plant_of
 from tests.model.sdf.test_sdf import joint, link
 

@@ -10,8 +10,7 @@ import pytest
 
 from mafsil.errors import ModelError
 from mafsil.model import Friction, Joint, JointKind, Limits, Link, Mechanism, urdf
-from mafsil.model.placement import pose_from_xyz_rpy
-from mafsil.model.rpy import rpy_from_rotation
+from mafsil.model.placement import pose_from_xyz_rpy, rpy_from_rotation
 from mafsil.model.urdf.writer import is_endless
 from tests.model.urdf.hostile_files import CASES
 from tests.model.urdf.real_files import robots

@@ -1,6 +1,7 @@
-"""What all values have in common: one frozen array, batch dimensions first.
+"""What all values have in common: one frozen array, batch dimensions first, and frame letters.
 
-Values that form a linear space within their frame: free vectors, twists, wrenches.
+Adjacent letters cancel, T_ab T_bc = T_ac, and what does not cancel is refused. Values that form a linear space within
+their frame (`Linear`): free vectors, twists, wrenches.
 """
 
 from __future__ import annotations
@@ -8,14 +9,16 @@ from __future__ import annotations
 from abc import ABCMeta, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeAlias, cast
 
 import numpy as np
 
 from mafsil.arrays import Floats, Truth, frozen, real_array, require_finite
-from mafsil.errors import OperandError, UnknownNameError
+from mafsil.errors import InputError, OperandError, UnknownNameError
 from mafsil.geometry.tolerances import ROUNDOFF
-from mafsil.geometry.values import labels
+
+Frames: TypeAlias = tuple[str, str]
+"""(a, b) of R_ab or T_ab."""
 
 
 def operands(sign: str, left: object, right: object) -> OperandError:
@@ -175,11 +178,11 @@ class Linear(Value):
 
     def __add__(self, other: Self) -> Self:
         right = self.match_units("+", other)
-        return replace(self, array=self.array + right.array, frame=labels.same("+", self.frame, right.frame))
+        return replace(self, array=self.array + right.array, frame=common_frame("+", self.frame, right.frame))
 
     def __sub__(self, other: Self) -> Self:
         right = self.match_units("-", other)
-        return replace(self, array=self.array - right.array, frame=labels.same("-", self.frame, right.frame))
+        return replace(self, array=self.array - right.array, frame=common_frame("-", self.frame, right.frame))
 
     def __neg__(self) -> Self:
         return replace(self, array=-self.array)
@@ -195,3 +198,64 @@ class Linear(Value):
 
     def __truediv__(self, divisor: Any) -> Self:
         return replace(self, array=self.array / factor_of("/", self, divisor))
+
+
+def join_frames(name: str, left: Frames | None, right: Frames | None) -> Frames | None:
+    """(a, c) of (a, b) and (b, c); None where one side carries no letters.
+
+    Args:
+        name: the operation, for the error.
+        left: (a, b).
+        right: (b, c).
+
+    Raises:
+        InputError: the inner letters differ.
+    """
+    if left is None or right is None:
+        return None
+    require_same(name, left[1], right[0])
+    return left[0], right[1]
+
+
+def carry_frame(name: str, frames: Frames | None, frame: str | None) -> str | None:
+    """{a} of something seen from {b}, carried by (a, b); None where one side carries no letters.
+
+    Args:
+        name: the operation, for the error.
+        frames: (a, b).
+        frame: b.
+
+    Raises:
+        InputError: the inner letters differ.
+    """
+    if frames is None or frame is None:
+        return None
+    require_same(name, frames[1], frame)
+    return frames[0]
+
+
+def reversed_frames(frames: Frames | None) -> Frames | None:
+    """(b, a) of (a, b)."""
+    return None if frames is None else (frames[1], frames[0])
+
+
+def common_frame(name: str, left: str | None, right: str | None) -> str | None:
+    """The common letter of two values, or the one that is known.
+
+    Args:
+        name: the operation, for the error.
+        left: letter of one value.
+        right: letter of the other.
+
+    Raises:
+        InputError: they differ.
+    """
+    if left is not None and right is not None:
+        require_same(name, left, right)
+    return left if left is not None else right
+
+
+def require_same(name: str, left: str, right: str) -> None:
+    """Refuse letters `left` and `right` that differ; `name` is the operation."""
+    if left != right:
+        raise InputError("geometry.frames", name=name, inner_left=left, inner_right=right)

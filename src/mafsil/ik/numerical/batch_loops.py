@@ -20,7 +20,7 @@ from mafsil.ik.numerical.records import (
 )
 from mafsil.ik.numerical.search_loops import TRUSTED, advance, ports
 from mafsil.kernels.loops import Held, compiled, open_held
-from mafsil.kernels.loops.kernel_calls import address, call_kernel
+from mafsil.kernels.loops.lanes import address, call_kernel
 
 EVERY = 1 << 40
 """Rounds that no search needs."""

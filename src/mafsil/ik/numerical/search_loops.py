@@ -28,7 +28,7 @@ from mafsil.ik.numerical.records import (
 )
 from mafsil.ik.numerical.sample_loops import next_sample
 from mafsil.kernels.loops import compiled
-from mafsil.kernels.loops.kernel_calls import address, call_kernel
+from mafsil.kernels.loops.lanes import address, call_kernel
 
 TRUSTED, PATIENT = 1, 2
 """Bits of the mode: a last step from a small error is taken without a look; attempts are given up only at their end."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch, single
 from mafsil.floating_point import EPS
-from mafsil.geometry.declared import Declared
+from mafsil.geometry.membership import Declared
 from mafsil.ik.tolerances import SAME_SUBPROBLEM
 
 _distances = Declared("subproblem_angles.distances", "w:3 r:3 p:3 o:3 distance", "table:2,3")

@@ -1,22 +1,24 @@
-"""A kernel's quantity as files for elsewhere."""
+"""A kernel's quantity as files for elsewhere, and exported C compiled and run where a compiler is.
+
+The stored numbers must come out of the trial.
+"""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from mafsil.errors import FileError, InputError
-from mafsil.kernels.export.c import text
-from mafsil.kernels.export.legend import Legend, symbol, wrap_text
-from mafsil.kernels.export.objects.bundle import bundle, layout_text
-from mafsil.kernels.export.objects.machines import machine
-from mafsil.kernels.export.objects.object_file import object_file, rows_prototype, symbols
-from mafsil.kernels.export.objects.wasm import loadable
-from mafsil.kernels.export.traced import tapes
-from mafsil.kernels.export.vectors import vectors
+from mafsil.kernels.export import c_source
+from mafsil.kernels.export.legend import Legend, symbol, tapes, vectors, wrap_text
+from mafsil.kernels.export.object_file import bundle, layout_text, object_file, rows_prototype, symbols
+from mafsil.kernels.export.wasm import loadable, machine
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.ptx.program import OLDEST, GridProgram, grid_program
 from mafsil.kernels.tape import Tape
@@ -98,15 +100,15 @@ def export(
             return _ptx(kernel, reduced, legend, function, target or OLDEST)
 
 
-def _c(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str, real: text.Real) -> Export:
+def _c(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str, real: c_source.Real) -> Export:
     signature = kernel.signature
     stored = vectors(kernel.evaluate, tape, signature, single=real == "float")
     build = f"cc -std=c99 -O2 {name}.c {name}_test.c -o {name}_test -lm"
     notes = (f"{reduced.operations} operations, {real}. Proof: {build} && ./{name}_test",)
     files = {
-        f"{name}.h": text.header(signature, legend, name, real, notes=notes),
-        f"{name}.c": text.source(reduced, signature, name, real),
-        f"{name}_test.c": text.program(signature, name, real, stored),
+        f"{name}.h": c_source.header(signature, legend, name, real, notes=notes),
+        f"{name}.c": c_source.source(reduced, signature, name, real),
+        f"{name}_test.c": c_source.program(signature, name, real, stored),
     }
     details = {"operations": reduced.operations, "real": real, "vectors": stored.rows, "build": build}
     return Export(name, _bytes(files), details)
@@ -118,10 +120,10 @@ def _object(kernel: Kernel, tape: Tape, reduced: Tape, legend: Legend, name: str
     found = symbols(code)
     needs = ", ".join(found.needed) or "nothing"
     notes = (f"Object file for {chosen.name} ({chosen.target.triple}); it needs {needs} from outside.",)
-    more = rows_prototype(text.prototype(signature, name, "double"), name)
+    more = rows_prototype(c_source.prototype(signature, name, "double"), name)
     files = {
-        f"{name}.h": text.header(signature, legend, name, "double", more, notes),
-        f"{name}_test.c": text.program(signature, name, "double", vectors(kernel.evaluate, tape, signature)),
+        f"{name}.h": c_source.header(signature, legend, name, "double", more, notes),
+        f"{name}_test.c": c_source.program(signature, name, "double", vectors(kernel.evaluate, tape, signature)),
     }
     contents = {f"{name}.o": code, **_bytes(files)}
     if code[:4] == b"\0asm":
@@ -160,3 +162,64 @@ def _launch_notes(program: GridProgram) -> tuple[str, ...]:
 
 def _bytes(files: Mapping[str, str]) -> dict[str, bytes]:
     return {name: contents.encode() for name, contents in files.items()}
+
+
+COMPILERS = ("cc", "gcc", "clang")
+STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
+"""No warning is forgiven."""
+_SECONDS = 120.0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What became of it.
+
+    Attributes:
+        ok: compiled without a warning, and every number within its limit.
+        said: what the program printed, or the compiler's first complaint.
+    """
+
+    ok: bool
+    said: str
+
+
+def compiler() -> str | None:
+    """Path of a C compiler: the one that the environment variable CC names, else the first that is installed."""
+    chosen = os.environ.get("CC")
+    for name in (chosen,) if chosen else COMPILERS:
+        path = shutil.which(name)
+        if path:
+            return path
+    return None
+
+
+def trial(exported: Export, path: str, flags: Sequence[str] = STRICT) -> Trial:
+    """Compile an export's sources, or link its object file, with its test program, and run that.
+
+    Args:
+        exported: from C, or an object file for this processor.
+        path: of the compiler.
+        flags: for the compiler.
+    """
+    with tempfile.TemporaryDirectory(prefix="mafsil-") as folder:
+        exported.write(folder)
+        parts = sorted(name for name in exported.files if name.endswith((".c", ".o")))
+        program = str(Path(folder) / "trial")
+        try:
+            built = _run([path, *flags, *parts, "-o", program, "-lm"], folder)
+            if built.returncode or built.stderr.strip():
+                return Trial(False, _first_line(built.stderr))
+            found = _run([program], folder)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return Trial(False, f"{type(error).__name__}: {error}")
+    return Trial(found.returncode == 0, _first_line(found.stdout or found.stderr))
+
+
+def _run(words: list[str], folder: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        words, cwd=folder, capture_output=True, check=False, timeout=_SECONDS, encoding="utf-8", errors="replace"
+    )
+
+
+def _first_line(text: str) -> str:
+    return (text.strip().splitlines() or ["-"])[0]

@@ -5,7 +5,9 @@ What a call goes through:
 1. CPython calls the entry with the arguments in an array (METH_FASTCALL). Each is looked at: is it of the very type,
    and an array of the very elements, axes and order, that the loop was compiled for? Every test that fails goes to one
    block, which returns the object MISS; the caller then looks for another specialisation.
-2. Numbers, addresses and sizes are read out of the objects; tuples of many parts into slots of memory.
+2. Numbers, addresses and sizes are read out of the objects; tuples of many parts into slots of memory. A tuple is taken
+   apart in each call, and an arm in a scene has fifty arrays: a `Held` value is taken apart when it is made and lies in
+   memory as the loops read it, so that a call hands over where.
 3. The loop runs without the interpreter's lock.
 4. Its result becomes objects. An array whose memory the loop made keeps it; one that is a view of an argument keeps
    the arguments.
@@ -18,17 +20,20 @@ process come in a table; machine code from the disk knows none.
 from __future__ import annotations
 
 import ctypes
+import hashlib
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from mafsil.kernels import identity, runtime
-from mafsil.kernels.loops import held
 from mafsil.kernels.loops.definition import MISS
-from mafsil.kernels.loops.kinds import Held, Kind, Tuple
+from mafsil.kernels.loops.kinds import Held as HeldKind
+from mafsil.kernels.loops.kinds import Kind, Tuple
 
+T = TypeVar("T")
+_CLASSES: dict[Kind, type[Held[Any]]] = {}
 ENTRY, LINKS = "mafsil_entry", "mafsil_links"
 _FASTCALL = 0x0080
 FUNCTIONS = {
@@ -72,8 +77,8 @@ def classes_of(kinds: tuple[Kind, ...], result: Kind | None) -> list[type[Any]]:
     found: dict[type[Any], None] = {}
 
     def look(kind: Kind) -> None:
-        if isinstance(kind, Held):
-            found[held.class_of(kind)] = None
+        if isinstance(kind, HeldKind):
+            found[class_of(kind)] = None
         elif isinstance(kind, Tuple):
             if kind.named:
                 found[kind.named] = None
@@ -105,3 +110,42 @@ def bind_entry(bind: int, target: int, classes: list[type[Any]]) -> Any:
     taken = ctypes.addressof(_links()), ctypes.addressof(table), target
     ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(bind)(*taken)
     return table
+
+
+class Held(tuple[Any, ...], Generic[T]):
+    """A named tuple of arrays and numbers; compiled loops read it by `open_held`.
+
+    `holding.hold` makes it. The first item is where it lies, for the compiled code; then the value and its memory.
+    """
+
+    __slots__ = ()
+    held_kind: HeldKind
+    """Of the class of its values' kind."""
+
+    @classmethod
+    def from_parts(cls, *parts: Any) -> Any:
+        """Of address, value and memory."""
+        return tuple.__new__(cls, parts)  # pyright: ignore[reportUnknownMemberType]
+
+    @property
+    def address(self) -> int:
+        """Where it lies."""
+        return self[0]
+
+    @property
+    def value(self) -> T:
+        """As given; it lives as long as this does."""
+        return self[1]
+
+
+def class_of(kind: HeldKind) -> type[Held[Any]]:
+    """The class of held values of a kind."""
+    if kind.value not in _CLASSES:
+        name = f"Held_{hashlib.blake2b(kind.name.encode(), digest_size=6).hexdigest()}"
+        _CLASSES[kind.value] = type(name, (Held,), {"__slots__": (), "held_kind": kind})
+    return _CLASSES[kind.value]
+
+
+def open_held(held: Held[T]) -> T:
+    """The value of a `Held`, in a compiled loop that somebody else keeps it alive for."""
+    return held.value

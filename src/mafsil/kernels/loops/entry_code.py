@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.kernels.loops import arrays, held
+from mafsil.kernels.loops import arrays, entry
 from mafsil.kernels.loops.block import Block
 from mafsil.kernels.loops.entry import ENTRY, FUNCTIONS, LINKS, NAMES, classes_of
 from mafsil.kernels.loops.kinds import (
@@ -163,7 +163,7 @@ class Entry:
             items = self.items(kind, of)
             return [part for item, each in zip(kind.items, items, strict=True) for part in self.parts(item, each)]
         if isinstance(kind, Held):
-            self.of_class(of, held.class_of(kind))
+            self.of_class(of, entry.class_of(kind))
             place = self.whole(self.load("ptr", of, tuple.__basicsize__))
             return [self.block.let(f"inttoptr i64 {place} to ptr")]
         if isinstance(kind, Array):

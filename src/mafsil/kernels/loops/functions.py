@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.kernels.loops import arrays, held, kernel_calls, lanes, library, numbers
+from mafsil.kernels.loops import arrays, lanes, library, numbers
+from mafsil.kernels.loops import entry as held
 from mafsil.kernels.loops.block import Block, Translator, Value, constant
 from mafsil.kernels.loops.kinds import (
     BITS,
@@ -279,8 +280,8 @@ FUNCTIONS: dict[Any, Emit] = {
     lanes.where: _where, lanes.larger: _extreme_lanes(">"), lanes.smaller: _extreme_lanes("<"),
     lanes.lane_bits: _lane_bits, lanes.any_lane: _any_lane, lanes.how_many: _how_many, lanes.buffer: _buffer,
     lanes.part: _part, lanes.seen: _seen, lanes.in_lanes: _in_lanes, lanes.put: _put, lanes.get: _get,
-    lanes.spread: _spread, lanes.looked_up: _looked_up, held.open_held: _open, kernel_calls.address: _address,
-    kernel_calls.call_kernel: _kernel, kernel_calls.call_lanes: _kernel,
+    lanes.spread: _spread, lanes.looked_up: _looked_up, held.open_held: _open, lanes.address: _address,
+    lanes.call_kernel: _kernel, lanes.call_lanes: _kernel,
 }  # fmt: skip
 """What each function becomes."""
 for _name in ("sin", "cos", "exp", "log"):

@@ -1,4 +1,4 @@
-"""Eight numbers side by side: what a loop says, and what it means in plain Python.
+"""What a loop may say besides Python: eight numbers side by side, with what it means in plain Python, and kernels.
 
 A variable is eight lanes by its type, so a loop is written once for eight problems: nothing is left for LLVM to prove.
 It splits the lanes where a processor's vectors are narrower. What a loop may write:
@@ -12,7 +12,8 @@ It splits the lanes where a processor's vectors are narrower. What a loop may wr
 - `in_lanes(n)`: an array for n lanes, to be `seen`;
 - `put(r, i, l, number)` and `get(r, i, l)`: one lane of place i;
 - `spread(array, begin, stride, x)`: lane l to the flat array at begin + l stride;
-- `looked_up(array, places)`: in lane l what stands in a flat float64 array at the place that lane l of `places` names.
+- `looked_up(array, places)`: in lane l what stands in a flat float64 array at the place that lane l of `places` names;
+- `call_kernel`, `call_lanes`: a kernel by its address, without Python in between.
 
 Products and sums may be contracted to one rounding. Nothing is reordered: the same numbers in any lane give the same
 result, whatever stands beside them.
@@ -20,13 +21,15 @@ result, whatever stands beside them.
 
 from __future__ import annotations
 
+import ctypes
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.kernels.loops.kinds import WIDTH as WIDTH
+from mafsil.kernels.loops.kinds import WIDTH
 
 
 class Mask:
@@ -213,3 +216,36 @@ def in_lanes(count: int) -> Floats:
     numbers = np.empty((count + 1) * WIDTH)
     beyond = (numbers.ctypes.data // 8) % WIDTH
     return numbers[(WIDTH - beyond) % WIDTH :][: count * WIDTH]
+
+
+def address(array: NDArray[Any]) -> int:
+    """Where the first element of an array or view lies."""
+    return array.ctypes.data
+
+
+def call_lanes(entry: int, given: int, result: int) -> None:
+    """Run a kernel of one result on eight rows in lanes: void (double *in, double *out).
+
+    Args:
+        entry: address, `Kernel.addresses.lanes`; the caller keeps the kernel alive.
+        given: address of the inputs, one after another, each element eight numbers; a multiple of 64.
+        result: address of the result, in the same form.
+    """
+    _prototype(2)(entry)(given, result)
+
+
+def call_kernel(entry: int, arguments: int, dimensions: int, strides: int) -> None:
+    """Run a kernel's batch entry: void (char **args, npy_intp *dims, npy_intp *steps, void *data).
+
+    Args:
+        entry: address, `Kernel.addresses.batch`; the caller keeps the kernel alive.
+        arguments: address of an array with the addresses of all ports.
+        dimensions: address of an array that begins with the number of rows.
+        strides: address of an array with the bytes from row to row of every port, then its core strides in bytes.
+    """
+    _prototype(4)(entry)(arguments, dimensions, strides, None)
+
+
+@cache
+def _prototype(count: int) -> Any:
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * count)

@@ -5,7 +5,8 @@
 
 `compiled` is the usual one; `reordered` lets sums be taken in another order, so that loops along a row fill whole
 vectors; `inlined` is for short functions whose arguments cost more than their work. Compiled code is kept on disk,
-releases the interpreter's lock and follows IEEE rules: a division by zero is an infinity, not an exception.
+releases the interpreter's lock and follows IEEE rules: a division by zero is an infinity, not an exception. Values that
+loops are asked about again and again are laid out in memory once (`hold`).
 
 With MAFSIL_LOOPS=python in the environment they stay the functions of Python that they are, for a debugger.
 """
@@ -19,13 +20,17 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import numpy as np
 
 from mafsil.errors import KernelError
+from mafsil.kernels import runtime
 from mafsil.kernels.loops.definition import FREE_ORDER, MISS, Definition
+from mafsil.kernels.loops.entry import Held, class_of
+from mafsil.kernels.loops.kinds import held_of, kind_of
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
     import mafsil.kernels.loops.specialisation as dispatch
 else:
     dispatch = lazily("mafsil.kernels.loops.specialisation")
+
 
 MODE_VARIABLE = "MAFSIL_LOOPS"
 """Environment variable; `python` runs loops as ordinary Python."""
@@ -139,3 +144,28 @@ def is_plain() -> bool:
 
 def _loop(definition: Definition) -> Any:
     return definition.function if is_plain() else Loop(definition)
+
+
+T = TypeVar("T")
+Layout = Callable[[Any, int], object]
+"""What writes a value to an address, or returns MISS if it is of another kind."""
+_LAYOUTS: dict[type[Any], list[tuple[int, Layout, type[Held[Any]]]]] = {}
+
+
+def hold(value: T) -> Held[T]:
+    """Lay a named tuple of arrays and numbers out; it lives as long as what is returned.
+
+    Args:
+        value: the tuple.
+    """
+    if is_plain() or not runtime.available():  # Loops that run as Python read the value itself.
+        return class_of(held_of(kind_of(value))).from_parts(0, value)
+    known = _LAYOUTS.setdefault(type(value), [])
+    for size, layout, made in known:
+        memory = np.empty(size, np.uint8)
+        place = memory.ctypes.data
+        if layout(value, place) is not MISS:
+            return made.from_parts(place, value, memory)
+    kind = kind_of(value)
+    known.append((kind.size, dispatch.layout_for(kind), class_of(held_of(kind))))
+    return hold(value)

@@ -21,11 +21,11 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from mafsil.code_store import FileStore, StoreKind, code_folder, compilation
-from mafsil.kernels import elf, identity, runtime, system, target
+from mafsil.kernels import elf, identity, runtime, target
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.loops import entry, library
-from mafsil.kernels.loops.definition import Definition
+from mafsil.kernels.loops.definition import Closure, Definition, closure_of, source_of
 from mafsil.kernels.loops.kinds import (
     INTEGER,
     EditedError,
@@ -37,7 +37,6 @@ from mafsil.kernels.loops.kinds import (
     named_kind,
     refusal,
 )
-from mafsil.kernels.loops.meaning import Closure, closure_of, source_of
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -272,7 +271,7 @@ def load(code: bytes, symbols: tuple[str, ...], imports: Mapping[str, int]) -> M
         symbols: that are asked for.
         imports: addresses of the loops that it calls.
     """
-    known = {**system.functions(), **imports}
+    known = {**runtime.functions(), **imports}
     with _llvm:
         loaded = elf.load(code, symbols, known) or target.load(code, symbols, known)
     runtime.forever(loaded)

@@ -16,7 +16,7 @@ from typing import Any
 
 from mafsil.kernels.loops import arrays, numbers
 from mafsil.kernels.loops.block import Value, constant
-from mafsil.kernels.loops.definition import Callee, Definition
+from mafsil.kernels.loops.definition import Callee, Definition, Scopes
 from mafsil.kernels.loops.expressions import Expressions
 from mafsil.kernels.loops.kinds import (
     BUFFER,
@@ -36,7 +36,6 @@ from mafsil.kernels.loops.kinds import (
     return_types,
 )
 from mafsil.kernels.loops.numbers import OPERATIONS
-from mafsil.kernels.loops.scopes import Scopes
 
 UNROLLED = 4
 """Items of a tuple up to which a loop over them is written out."""

@@ -1,8 +1,8 @@
-"""What a robot of the library fills of space: tubes and drums along its links, about as thick as the robot.
+"""What tables of numbers leave out of a robot: the space that it fills, and mass properties in a short form.
 
-Tables of numbers have no shapes, but whoever plans needs some. Each arm declares them in one table: for each link
-what it consists of, between points in the link's frame. The last piece of an arm is a drum, whose flat end lies at the
-flange: a tool's tip at or beyond it may touch something.
+Whoever plans needs shapes. Each arm declares them in one table: for each link what it consists of, tubes and drums
+about as thick as the robot, between points in the link's frame. The last piece of an arm is a drum, whose flat end lies
+at the flange: a tool's tip at or beyond it may touch something. Textbook arms get invented masses (`with_rods`).
 """
 
 from __future__ import annotations
@@ -10,16 +10,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import pi
 from typing import TypeAlias
 
 import numpy as np
 
 from mafsil.arrays import Vector3, frozen
 from mafsil.model.joint import JointKind
+from mafsil.model.link import HOUSING, OUTLINE, SHELL, Capsule, Cylinder, Inertial, Shape
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.placement import frame_along
-from mafsil.model.shape import HOUSING, OUTLINE, SHELL, Capsule, Cylinder, Shape
+from mafsil.model.placement import frame_along, turned_tensor
 
+Six = tuple[float, float, float, float, float, float]
+Three = tuple[float, float, float]
+ALUMINIUM = 2700.0
+"""[kg/m^3]"""
 Point: TypeAlias = Sequence[float]
 _EDGE = 0.6
 """How far from its end the round end of a housing is centred, as share of its radius."""
@@ -137,3 +142,43 @@ def _place(geometry: Capsule | Cylinder, centre: Vector3, axis: Vector3) -> Shap
     T[:3, :3], T[:3, 3] = frame_along(axis), centre
     colour = SHELL if isinstance(geometry, Capsule) else HOUSING
     return Shape(geometry, frozen(T), name=OUTLINE, colour=colour)
+
+
+def inertial(mass: float, com: Three, moments: Six | Three) -> Inertial:
+    """Mass properties from numbers of a table.
+
+    Args:
+        mass: [kg].
+        com: (3,) centre of mass [m].
+        moments: xx, yy, zz, xy, xz, yz (products zero if left out) about the centre of mass [kg m^2].
+    """
+    xx, yy, zz, xy, xz, yz = (*moments, 0.0, 0.0, 0.0)[:6]
+    return Inertial(mass, frozen(com), frozen([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+
+
+def with_rods(mechanism: Mechanism, radius: float = 0.05) -> Mechanism:
+    """The same arm with invented masses: every moving link a solid aluminium cylinder along its length.
+
+    The cylinder leads from the link's frame to the next joint or the tip; where these coincide, the link is a ball.
+
+    Args:
+        mechanism: a serial arm.
+        radius: of the cylinders and balls [m].
+    """
+    after = [joint.T_pj[:3, 3] for joint in mechanism.joints[1:]] + [mechanism.T_lt[:3, 3]]
+    moving = (replace(link, inertial=_rod(end, radius)) for link, end in zip(mechanism.links[1:], after, strict=True))
+    note = f"masses invented: solid aluminium cylinders and balls, radius {radius} m"
+    provenance = replace(mechanism.provenance, notes=(*mechanism.provenance.notes, note))
+    return replace(mechanism, links=(mechanism.links[0], *moving), provenance=provenance)
+
+
+def _rod(end: Vector3, radius: float) -> Inertial:
+    """Solid cylinder from the origin to `end`, or a ball at the origin."""
+    length = float(np.linalg.norm(end))
+    if length < radius:
+        ball = ALUMINIUM * 4 / 3 * pi * radius**3
+        return Inertial(ball, frozen(end / 2), frozen(0.4 * ball * radius**2 * np.eye(3)))
+    mass = ALUMINIUM * pi * radius**2 * length
+    across = mass * (3 * radius**2 + length**2) / 12
+    R = frame_along(end / length)
+    return Inertial(mass, frozen(end / 2), turned_tensor(np.diag([across, across, mass * radius**2 / 2]), R))

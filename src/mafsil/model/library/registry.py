@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import single
 from mafsil.errors import InputError, ModelError, letters_of
 from mafsil.lazy_module import lazily
-from mafsil.model.library import franka, kuka, mitsubishi, planar, puma, scara, stanford, textbook, universal_robots
+from mafsil.model.library import seven_joints, six_joints, textbook, universal_robots
 from mafsil.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -24,20 +24,20 @@ else:
     other_words = lazily("mafsil.other_words")
 
 _MAKERS: tuple[Callable[..., Mechanism], ...] = (
-    franka.panda,
-    franka.fr3,
-    kuka.iiwa7,
-    mitsubishi.rv7flm,
+    seven_joints.panda,
+    seven_joints.fr3,
+    seven_joints.iiwa7,
+    six_joints.rv7flm,
     universal_robots.ur3e,
     universal_robots.ur5e,
     universal_robots.ur10e,
     universal_robots.ur5,
-    puma.puma560,
-    stanford.stanford_arm,
-    scara.cobra600,
-    planar.planar2r,
-    planar.planar3r,
-    planar.planar2r_point_masses,
+    six_joints.puma560,
+    six_joints.stanford_arm,
+    textbook.cobra600,
+    textbook.planar2r,
+    textbook.planar3r,
+    textbook.planar2r_point_masses,
     textbook.spatial3r,
     textbook.rrrp,
     textbook.elbow6r,

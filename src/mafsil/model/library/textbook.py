@@ -1,24 +1,42 @@
-"""Spatial arms of textbooks: the worked examples of product of exponentials, Jacobians and inverse kinematics.
+"""Arms of textbooks: the worked examples of product of exponentials, Jacobians and inverse kinematics, and planar arms.
 
 Lengths are parameters, masses are invented (`with_rods`), and so are the slim tubes that stand for the links. Figure
 numbers are those of F. C. Park and K. M. Lynch, Introduction to Robotics: Mechanics, Planning, and Control (draft of
-Modern Robotics), with the errata applied.
+Modern Robotics), with the errata applied. Planar arms move in the x-y plane: joint axes along z, gravity along -y as on
+the page of a book. One SCARA arm is a maker's.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pi
+from math import pi, radians
 
 import numpy as np
 
+from mafsil.arrays import frozen
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
-from mafsil.model.library.masses import with_rods
-from mafsil.model.library.outline import with_slim_tubes
+from mafsil.model.library.outline import Drum, Outline, Tube, housing, with_outline, with_rods, with_slim_tubes
+from mafsil.model.limits import Limits
+from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import translation
 
+_OUTLINE: Outline = {
+    "base": [housing(0.09, (0, 0, 0), (0, 0, 0.26))],
+    "link1": [Tube(0.06, (0, 0, 0.325), (0.325, 0, 0.325))],
+    "link2": [Tube(0.06, (0, 0, 0.105), (0.275, 0, 0.105)), housing(0.06, (0.2, 0, 0.12), (0.2, 0, 0.28))],
+    "link3": [Drum(0.012, (0, 0, -0.3), (0, 0, -0.02))],
+    "link4": [Drum(0.0315, (0, 0, -0.02), (0, 0, 0))],
+}
+_OUTLINE_SOURCE = (
+    "capsules along the published lengths, radii 90 mm (column), 60 mm (arms), 12 mm (quill), user flange a flat drum"
+    " of 63 mm across:"
+    " estimated, not read off a drawing and not compared with a model of the maker"
+)
+PAGE_GRAVITY = (0.0, -9.81, 0.0)
+SLIM = 0.02
+"""Radius of the tubes that stand for the rods, as share of the longest one."""
 RADIUS = 0.03
 """Of the tubes [m]."""
 _BOOK = "Park and Lynch, Introduction to Robotics"
@@ -229,3 +247,86 @@ def _from_screws(
 def _with_bodies(mechanism: Mechanism) -> Mechanism:
     """With invented masses and slim tubes."""
     return with_slim_tubes(with_rods(mechanism), RADIUS)
+
+
+def planar2r(lengths: Sequence[float] = (1.0, 1.0), masses: Sequence[float] = (1.0, 1.0)) -> Mechanism:
+    """Planar 2R arm of uniform thin rods (Lynch & Park fig. 6.9; spec part 05-06).
+
+    Args:
+        lengths: (2,) of the links [m].
+        masses: (2,) of the links [kg].
+    """
+    return _planar("planar2r", lengths, [_rod(m, L) for m, L in zip(masses, lengths, strict=True)], "uniform thin rods")
+
+
+def planar3r(lengths: Sequence[float] = (1.0, 0.8, 0.5), masses: Sequence[float] = (1.0, 0.8, 0.5)) -> Mechanism:
+    """Planar 3R arm of uniform thin rods.
+
+    Args:
+        lengths: (3,) of the links [m].
+        masses: (3,) of the links [kg].
+    """
+    return _planar("planar3r", lengths, [_rod(m, L) for m, L in zip(masses, lengths, strict=True)], "uniform thin rods")
+
+
+def planar2r_point_masses(lengths: Sequence[float] = (1.0, 1.0), masses: Sequence[float] = (1.0, 1.0)) -> Mechanism:
+    """Planar 2R arm with all mass of a link in a point at its far end: the textbook example of dynamics.
+
+    Args:
+        lengths: (2,) of the links [m].
+        masses: (2,) at the ends of the links [kg].
+
+    Reference: Lynch & Park, Modern Robotics, sec. 8.1.1.
+    """
+    points = [Inertial(m, frozen([L, 0.0, 0.0])) for m, L in zip(masses, lengths, strict=True)]
+    return _planar("planar2r_point_masses", lengths, points, "point masses at the far ends of the links")
+
+
+def _planar(name: str, lengths: Sequence[float], inertials: Sequence[Inertial], masses: str) -> Mechanism:
+    """Frame {i} at the near end of link i, x along the link."""
+    before = (0.0, *lengths[:-1])
+    bare = mechanism_from_dh(
+        [DHRow(a=a) for a in before],
+        "modified",
+        name=name,
+        tool=translation(lengths[-1], 0.0, 0.0),
+        inertials=inertials,
+        gravity=PAGE_GRAVITY,
+        provenance=Provenance(
+            source="textbook arm; lengths and masses are parameters",
+            notes=(f"masses: {masses}", "gravity along -y of the space frame, 9.81 m/s^2", "no joint limits"),
+        ),
+    )
+    return with_slim_tubes(bare, SLIM * max(lengths))
+
+
+def _rod(mass: float, length: float) -> Inertial:
+    """Uniform thin rod along x from the origin: no inertia about its own axis."""
+    across = mass * length**2 / 12
+    return Inertial(mass, frozen([length / 2, 0.0, 0.0]), frozen(np.diag([0.0, across, across])))
+
+
+def cobra600() -> Mechanism:
+    """Adept Cobra 600: RRPR, quill pointing down.
+
+    Reference: Adept Technology, Cobra 600 data sheet; kinematics as in the Robotics Toolbox (model cobra600).
+    """
+    bare = with_rods(
+        mechanism_from_dh(
+            (DHRow(d=0.387, a=0.325), DHRow(a=0.275, alpha=pi), DHRow(kind="P"), DHRow()),
+            "classic",
+            name="cobra600",
+            limits=[
+                Limits(radians(-50), radians(50)),
+                Limits(radians(-88), radians(88)),
+                Limits(0.0, 0.210),
+                Limits(),
+            ],
+            provenance=Provenance(
+                source="Adept Cobra 600 data sheet, as collected in the Robotics Toolbox",
+                notes=("range of joint 4 and all speeds and torques unknown",),
+            ),
+        ),
+        radius=0.06,
+    )
+    return with_outline(bare, _OUTLINE, _OUTLINE_SOURCE)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from math import inf, pi, radians
 
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
-from mafsil.model.library.masses import inertial
-from mafsil.model.library.outline import Drum, Outline, Tube, housing, with_outline
+from mafsil.model.library.outline import Drum, Outline, Tube, housing, inertial, with_outline
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism, Provenance

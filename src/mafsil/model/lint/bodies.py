@@ -31,7 +31,7 @@ from mafsil.model.lint.finding import (
 )
 from mafsil.model.lint.solids import Solid, solids
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.numbers import written
+from mafsil.model.reading import written
 
 LIGHTEST, HEAVIEST = 50.0, 25_000.0
 """Densities [kg/m^3] of foam and of tungsten-like metal: what links are made of lies between."""

@@ -12,8 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, Severity, safe
-from mafsil.model.numbers import written
-from mafsil.model.reading import Reading
+from mafsil.model.reading import Reading, written
 from mafsil.model.xml_tree import Document, Element
 
 FAULTS: dict[str, Fault] = {}

@@ -9,6 +9,7 @@ from math import degrees, inf, isfinite, pi, radians
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.model.inertia_check import joints_that_move_matter
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.lint.finding import (
     ABSURD_BOUND,
@@ -29,8 +30,7 @@ from mafsil.model.lint.finding import (
     Put,
 )
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.moved_matter import joints_that_move_matter
-from mafsil.model.numbers import written
+from mafsil.model.reading import written
 from mafsil.model.tolerances import WRITTEN
 
 TURNS = 4 * pi + 0.1

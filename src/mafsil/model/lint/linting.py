@@ -26,8 +26,7 @@ from mafsil.model.lint.finding import BOUND_REFUSED, FAULTS, GRAVITY_SIZE, GRAVI
 from mafsil.model.lint.joints import joints
 from mafsil.model.loading import RobotFile
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.numbers import written
-from mafsil.model.reading import Reading
+from mafsil.model.reading import Reading, written
 from mafsil.model.robot_source import reader_of, root_tag
 from mafsil.model.source import Text, load
 from mafsil.model.urdf.vocabulary import WIDER_LIMITS, version_of

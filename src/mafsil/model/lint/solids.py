@@ -10,11 +10,10 @@ import numpy as np
 from mafsil.arrays import Floats, Vector3
 from mafsil.errors import FileError
 from mafsil.model.filled_shape import fill_shape
-from mafsil.model.link import Link
+from mafsil.model.link import OUTLINE, Geometry, Link, Mesh, Shape
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mesh import Surface, read
-from mafsil.model.mesh.primitives import triangles
-from mafsil.model.shape import OUTLINE, Geometry, Mesh, Shape
+from mafsil.model.mesh.surface import triangles
 
 DIRECTIONS = 300
 """Planes that bound the hull."""

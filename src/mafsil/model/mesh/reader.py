@@ -19,8 +19,7 @@ import numpy as np
 
 from mafsil.errors import FileError
 from mafsil.model.diagnostics import shown
-from mafsil.model.mesh.collada import read_collada
-from mafsil.model.mesh.stl import read_stl
+from mafsil.model.mesh.collada import read_collada, read_stl
 from mafsil.model.mesh.surface import DEFAULT_LIMITS, MeshLimits, Surface, clean_surface
 from mafsil.regular_file import whole_bytes
 

@@ -25,11 +25,10 @@ from mafsil.model.link import Inertial, Link
 from mafsil.model.mjcf.geom import Geom, along_line, read_geom
 from mafsil.model.mjcf.inertial import Matters, inertial_of
 from mafsil.model.mjcf.joint import Hinge, read_ball, read_joint
-from mafsil.model.mjcf.orientation import read_pose
 from mafsil.model.mjcf.scope import Part, Scope, Unfolding
-from mafsil.model.numbers import written
+from mafsil.model.mjcf.settings import read_pose
 from mafsil.model.placement import screw_motion, translation
-from mafsil.model.reading import Reading
+from mafsil.model.reading import Reading, written
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, escape
 
 WORLD = "world"

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf
 
-from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.faults import NOT_KEPT, TENDON_ARMATURE
 from mafsil.model.joint import Joint
+from mafsil.model.limits import Actuator, Friction
+from mafsil.model.mjcf.closure import References
 from mafsil.model.mjcf.joint import is_limited, magnitude
-from mafsil.model.mjcf.references import References
 from mafsil.model.mjcf.scope import Scope
 from mafsil.model.mjcf.settings import Settings
 from mafsil.model.reading import Reading

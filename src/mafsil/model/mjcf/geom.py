@@ -13,13 +13,11 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix, frozen
 from mafsil.errors import MafsilError
 from mafsil.model.faults import BAD_SIZE, NOT_KEPT, UNKNOWN_ASSET, WRONG_COUNT
-from mafsil.model.link import Inertial, moved_inertial
+from mafsil.model.link import Box, Capsule, Cylinder, Geometry, Inertial, Shape, Sphere, moved_inertial
 from mafsil.model.mjcf.mesh_asset import MeshAssets
-from mafsil.model.mjcf.orientation import read_pose
-from mafsil.model.mjcf.settings import Settings, choice
+from mafsil.model.mjcf.settings import Settings, choice, read_pose
 from mafsil.model.placement import frame_along
 from mafsil.model.reading import Reading
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Shape, Sphere
 from mafsil.model.urdf.shape import looking_at_a_shape
 from mafsil.model.xml_tree import Element
 

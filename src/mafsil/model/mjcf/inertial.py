@@ -18,10 +18,8 @@ from mafsil.model.link import Inertial, moved_inertial
 from mafsil.model.mass_properties import unite_bodies
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mjcf.geom import Geom
-from mafsil.model.mjcf.orientation import read_pose
-from mafsil.model.mjcf.settings import Settings
-from mafsil.model.numbers import LARGEST, written
-from mafsil.model.reading import Reading
+from mafsil.model.mjcf.settings import Settings, read_pose
+from mafsil.model.reading import LARGEST, Reading, written
 from mafsil.model.xml_tree import Element
 
 LEAST = 1e-15

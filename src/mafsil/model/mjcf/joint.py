@@ -8,13 +8,11 @@ from math import inf
 import numpy as np
 
 from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
-from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.faults import BALL_ARMATURE, LIMITS_INVERTED, NEGATIVE_DAMPING, NOT_KEPT, UNKNOWN_TYPE, ZERO_AXIS
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.limits import Limits, bound_value
+from mafsil.model.limits import Actuator, Friction, Limits, bound_value
 from mafsil.model.mjcf.settings import Settings, choice
-from mafsil.model.numbers import written
-from mafsil.model.reading import Reading
+from mafsil.model.reading import Reading, written
 from mafsil.model.tolerances import NO_LENGTH
 from mafsil.model.xml_tree import Element
 

@@ -11,7 +11,7 @@ from mafsil.arrays import PoseMatrix, frozen
 from mafsil.model.diagnostics import Diagnostic
 from mafsil.model.faults import INCLUDE_TWICE, NO_SUCH_PART, TOO_MANY_LINKS, UNKNOWN_ASSET
 from mafsil.model.mjcf.geom import Library
-from mafsil.model.mjcf.orientation import read_pose, rotation_from_euler
+from mafsil.model.mjcf.settings import read_pose, rotation_from_euler
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element, Refusal
 

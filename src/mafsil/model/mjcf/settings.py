@@ -1,4 +1,8 @@
-"""What an MJCF file says once for all: compiler settings, default classes, gravity."""
+"""What an MJCF file says once for all, how it writes rotations, and every element and attribute of the format.
+
+Said once: compiler settings, default classes, gravity. The vocabulary (`vocabulary.toml`) is the rule of the reader:
+what stands in it as read is read, what it does not know is an error.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +10,55 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import pi
 
-from mafsil.model.faults import MISSING_ATTRIBUTE, NOT_KEPT, UNKNOWN_CHOICE, UNKNOWN_CLASS, UNSUPPORTED
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix, frozen
+from mafsil.model.faults import (
+    MISSING_ATTRIBUTE,
+    NO_ROTATION,
+    NOT_KEPT,
+    UNKNOWN_ATTRIBUTE,
+    UNKNOWN_CHOICE,
+    UNKNOWN_CLASS,
+    UNKNOWN_PART,
+    UNSUPPORTED,
+)
 from mafsil.model.inertia_check import STAND_IN
 from mafsil.model.mechanism import STANDARD_GRAVITY
-from mafsil.model.mjcf.vocabulary import MOTORS
+from mafsil.model.placement import (
+    frame_along,
+    rotation_from_quaternion,
+    rotation_x,
+    rotation_y,
+    rotation_z,
+    screw_motion,
+)
 from mafsil.model.reading import Reading
+from mafsil.model.tolerances import NO_LENGTH
+from mafsil.model.vocabulary import Row, Vocabulary, read_rows
 from mafsil.model.xml_tree import Element
 
+_TURN = "quat axisangle euler xyaxes zaxis"
+ROWS = read_rows(__file__)
+"""What becomes of everything that a file may hold, by the element and, where a tag means several things, its parent."""
+MOTORS = tuple(ROWS["actuator"].children.split())
+"""Elements of `actuator`; all have the row of `motor`."""
+NUMBERS = frozenset(
+    f"{_TURN} pos size fromto rgba mass density diaginertia fullinertia axis range ref armature damping frictionloss "
+    "actuatorfrcrange group contype conaffinity fitscale shellinertia scale refpos refquat gear forcerange ctrlrange "
+    "polycoef anchor relpose coef gravity count offset sep boundmass boundinertia settotalmass inertiagrouprange "
+    "vertex face".split()
+)
+"""Attributes of numbers that are read: MuJoCo takes an empty one as not given."""
+_CLASS_ROWS = {
+    "joint": "body/joint",
+    "geom": "body/geom",
+    "mesh": "asset/mesh",
+    "material": "asset/material",
+    "equality": "default/equality",
+    "tendon": "default/tendon",
+    "site": "body/site",
+}
 MAIN = "main"
 _LISTS = frozenset({"size", "damping", "gear", "stiffness"})
 """Attributes of which a file may give only the first numbers."""
@@ -184,3 +230,106 @@ def _read_class(
 def _style(tag: str) -> str:
     """The name under which defaults of a tag are kept: all actuators share one."""
     return "actuator" if tag in MOTORS else tag
+
+
+_WAYS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
+_ABOUT = {"x": rotation_x, "y": rotation_y, "z": rotation_z}
+
+
+def read_pose(reading: Reading, element: Element, settings: Settings) -> PoseMatrix:
+    """The pose (4, 4) in `pos` and one of quat, axisangle, euler, xyaxes, zaxis; identity where nothing is given."""
+    T = np.eye(4)
+    position = reading.vector(element, "pos", 3, (0.0, 0.0, 0.0))
+    T[:3, 3] = position or (0.0, 0.0, 0.0)
+    way = next((way for way in _WAYS if way in element.attributes), None)
+    if way is not None:
+        numbers = reading.vector(element, way, _WAYS[way])
+        if numbers is not None:
+            R = _rotation(way, np.array(numbers), settings)
+            if R is None:
+                reading.report(
+                    NO_ROTATION, element, way, element=element.tag, attribute=way, text=element.get(way)
+                )  # fmt: skip
+            else:
+                T[:3, :3] = R
+    return frozen(T)
+
+
+def _rotation(way: str, numbers: Floats, settings: Settings) -> Floats | None:
+    """Rotation matrix (3, 3), or None if the numbers are none."""
+    match way:
+        case "quat":
+            unit = _unit(numbers)
+            return None if unit is None else rotation_from_quaternion(unit)
+        case "axisangle":
+            axis = _unit(numbers[:3])
+            angle = float(numbers[3]) * settings.degree
+            return None if axis is None else screw_motion(np.concatenate([axis, np.zeros(3)]), angle)[:3, :3]
+        case "euler":
+            return rotation_from_euler(numbers * settings.degree, settings.eulerseq)
+        case "xyaxes":
+            return _from_axes(numbers[:3], numbers[3:])
+        case _:
+            z = _unit(numbers)
+            return None if z is None else frame_along(z)
+
+
+def rotation_from_euler(angles: Floats, sequence: str) -> Floats:
+    """Turns one after the other: about the moving axis for a small letter, about the fixed one for a capital."""
+    R = np.eye(3)
+    for angle, letter in zip(angles, sequence, strict=True):
+        turn = _ABOUT[letter.lower()](float(angle))[:3, :3]
+        R = R @ turn if letter.islower() else turn @ R
+    return R
+
+
+def _from_axes(x: Floats, y: Floats) -> Floats | None:
+    unit_x = _unit(x)
+    if unit_x is None:
+        return None
+    unit_y = _unit(y - unit_x * (unit_x @ y))
+    return None if unit_y is None else np.column_stack([unit_x, unit_y, np.cross(unit_x, unit_y)])
+
+
+def _unit(vector: Floats) -> Floats | None:
+    largest = np.abs(vector).max()
+    if largest < NO_LENGTH:
+        return None
+    scaled = vector / largest
+    return scaled / np.linalg.norm(scaled)
+
+
+def row_of(tag: str, parent: str) -> Row | None:
+    """The row of an element that is read.
+
+    Args:
+        tag: of the element.
+        parent: tag of the element around it; `frame` and `replicate` hold what a body holds.
+    """
+    holder = "body" if parent in ("worldbody", "frame", "replicate") else parent
+    if holder == "default" and tag in _CLASS_ROWS:
+        return ROWS[_CLASS_ROWS[tag]]
+    if tag in MOTORS and holder in ("actuator", "default"):
+        return ROWS["actuator/motor"]
+    return ROWS.get(f"{holder}/{tag}") or ROWS.get(tag)
+
+
+def is_neutral(tag: str, attribute: str, text: str) -> bool:
+    """Whether a value leaves things as they are: zeros, `false`, `none`, a spring that is no spring."""
+    words = text.split()
+    if attribute in ("limited", "actuatorfrclimited", "range", "actuatorfrcrange"):
+        return tag == "default" or attribute.endswith("limited")
+    return all(word.lower() in ("false", "none", "auto") or _is_zero(word) for word in words)
+
+
+def _is_zero(word: str) -> bool:
+    try:
+        return float(word) == 0.0
+    except ValueError:
+        return False
+
+
+MJCF = Vocabulary(
+    "MJCF", row_of, UNKNOWN_ATTRIBUTE, UNKNOWN_PART, strict=True, is_neutral=is_neutral,
+    is_neutral_part=lambda _part: False,
+)  # fmt: skip

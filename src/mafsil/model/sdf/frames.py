@@ -13,10 +13,10 @@ import numpy as np
 from mafsil.arrays import PoseMatrix, frozen
 from mafsil.model.faults import SDF_CIRCLE, SDF_FRAME
 from mafsil.model.joint import Joint
+from mafsil.model.link import Shape
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import inverse
 from mafsil.model.reading import Reading
-from mafsil.model.shape import Shape
 from mafsil.model.xml_tree import Element
 
 WORLD = "world"

@@ -12,13 +12,12 @@ from mafsil.model.asset_path import Assets
 from mafsil.model.faults import BAD_SIZE, MISSING_ELEMENT, SDF_AUTO, SDF_DEFAULT_MASS, UNKNOWN_GEOMETRY
 from mafsil.model.filled_shape import fill_shape
 from mafsil.model.inertia_check import STAND_IN, inertia_fault, mass_fault
-from mafsil.model.link import Inertial, Link, moved_inertial
+from mafsil.model.link import Box, Capsule, Cylinder, Geometry, Inertial, Link, Mesh, Shape, Sphere, moved_inertial
 from mafsil.model.mass_properties import unite_bodies
 from mafsil.model.placement import turned_tensor
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import OWN_NAME, Frames
 from mafsil.model.sdf.scope import Part, number, numbers, pose
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.urdf.shape import looking_at_a_shape
 from mafsil.model.xml_tree import Element
 

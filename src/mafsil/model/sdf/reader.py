@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
-from mafsil.model.audit import audit
 from mafsil.model.faults import (
     DUPLICATE_JOINT,
     DUPLICATE_LINK,
@@ -31,15 +30,24 @@ from mafsil.model.mimics import Declared, resolve_mimics
 from mafsil.model.placement import inverse
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import OWN_NAME, WORLD, with_names
-from mafsil.model.sdf.gearbox import GEARBOX, couple_gearboxes
-from mafsil.model.sdf.inclusion import Inclusion
-from mafsil.model.sdf.joint import Chain, fixed_joint, invert_pose, is_identity, read_joint
+from mafsil.model.sdf.joint import (
+    GEARBOX,
+    IS_BASE,
+    IS_TIP,
+    Chain,
+    couple_gearboxes,
+    fixed_joint,
+    invert_pose,
+    is_identity,
+    read_frame,
+    read_joint,
+    tip_frame,
+)
 from mafsil.model.sdf.link import read_link
-from mafsil.model.sdf.named_frames import IS_BASE, IS_TIP, read_frame, tip_frame
-from mafsil.model.sdf.scope import Part, Parts, flag, gather_parts, numbers
-from mafsil.model.sdf.vocabulary import SDF as VOCABULARY
-from mafsil.model.sdf.vocabulary import version_of
+from mafsil.model.sdf.scope import SDF as VOCABULARY
+from mafsil.model.sdf.scope import Inclusion, Part, Parts, flag, gather_parts, numbers, version_of
 from mafsil.model.tolerances import WRITTEN
+from mafsil.model.vocabulary import audit
 from mafsil.model.xml_tree import Element, ReadLimits
 
 GRAVITY_OF_WORLDS = (0.0, 0.0, -9.8)

@@ -1,23 +1,42 @@
 """Models inside models: their parts gathered under full names such as `arm::hand::finger`.
 
-Numbers, flags and poses of SDFormat, which stand as text between tags.
+A model also stands in files of its own, included by `model://name`. Numbers, flags and poses are text between tags;
+every element and attribute around a mechanism, of SDFormat 1.4 to 1.12, stands in `vocabulary.toml`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import re
+from dataclasses import dataclass, field, replace
 from math import radians
+from pathlib import Path
 
 import numpy as np
 
 from mafsil.arrays import PoseMatrix, frozen
-from mafsil.model.faults import SDF_CHOICE, SDF_QUATERNION
+from mafsil.model.asset_path import Assets
+from mafsil.model.diagnostics import shown
+from mafsil.model.faults import (
+    FOREIGN_ATTRIBUTE,
+    SDF_CHOICE,
+    SDF_INCLUDE,
+    SDF_INCLUDE_LEFT,
+    SDF_QUATERNION,
+    UNKNOWN_ELEMENT,
+)
 from mafsil.model.placement import inverse, pose_from_xyz_quaternion, pose_from_xyz_rpy, quaternion_length
 from mafsil.model.reading import LARGEST, Reading
 from mafsil.model.sdf.frames import WORLD, Frames, Given
-from mafsil.model.sdf.inclusion import Inclusion
-from mafsil.model.xml_tree import Element
+from mafsil.model.source import load
+from mafsil.model.vocabulary import Row, Version, Vocabulary, audit, read_rows
+from mafsil.model.xml_tree import Document, Element, ReadLimits, Refusal, parse
 
+NEWEST = (1, 12)
+ROWS = read_rows(__file__)
+"""What becomes of everything that a file may hold; elements without a row are text alone."""
+_TEXT = Row()
+_NEUTRAL = {"gravity": ("", "true", "1"), "kinematic": ("", "false", "0")}
+MOST_FILES = 50
 _WORDS = {"true": True, "1": True, "false": False, "0": False}
 MODEL = "__model__"
 
@@ -225,3 +244,94 @@ def _as_attribute(element: Element) -> Element:
         element.tag, {element.tag: element.text}, element.line, element.column, element.start, element.close,
         file=element.file,
     )  # fmt: skip
+
+
+@dataclass(slots=True)
+class Inclusion:
+    """Reads included models."""
+
+    reading: Reading
+    assets: Assets
+    limits: ReadLimits
+
+    def model(self, include: Element, *, must: bool) -> Element | None:
+        """The model that an `include` stands for, with the name, pose and flags that it is given there.
+
+        Args:
+            include: the element.
+            must: whether it is an error if there is none; otherwise a warning.
+        """
+        uri = include.first("uri")
+        reference = "" if uri is None else uri.text
+        path = self._path(reference)
+        document = self._document(path, reference) if path is not None else None
+        model = None if document is None else document.root.first("model")
+        if model is None:
+            self.reading.report(SDF_INCLUDE if must else SDF_INCLUDE_LEFT, include, None, None, uri=reference)
+            return None
+        if document is not None:
+            audit(self.reading, model, SDF, version_of(document.root))
+        attributes = dict(model.attributes)
+        for tag in ("name", "placement_frame"):
+            if (given := include.first(tag)) is not None:
+                attributes[tag] = given.text
+        if "merge" in include.attributes:
+            attributes["merge"] = include.attributes["merge"]
+        given = {child.tag: child for child in include.children if child.tag in ("pose", "static")}
+        children = [child for child in model.children if child.tag not in given]
+        return replace(model, attributes=attributes, children=[*given.values(), *children])
+
+    def _path(self, reference: str) -> Path | None:
+        if "://" not in reference or reference.startswith("file://"):
+            found = self.assets.resolve(reference)
+            return found.path or self._of_folder(self.assets.resolve(f"{reference}/model.config").path)
+        if (direct := self.assets.resolve(reference).path) is not None:
+            return direct
+        return self._of_folder(self.assets.resolve(f"{reference.rstrip('/')}/model.config").path)
+
+    def _of_folder(self, config: Path | None) -> Path | None:
+        """The file that a model.config names, the last of several versions."""
+        if config is None:
+            return None
+        try:
+            root = parse(load(config, self.limits).data, self.limits).root
+        except Refusal:
+            return None
+        names = [child.text for child in root.all("sdf")]
+        return self.assets.resolve(str(config.parent / names[-1])).path if names else None
+
+    def _document(self, path: Path, name: str) -> Document | None:
+        if len(self.reading.included) > MOST_FILES:
+            return None
+        try:
+            text = load(path, self.limits)
+            document = parse(text.data, self.limits)
+        except Refusal as refusal:
+            self.reading.diagnostics.append(replace(refusal.diagnostic, file=shown(name), repair=None))
+            return None
+        self.reading.include(name, text, document)
+        return document
+
+
+def row_of(tag: str, _parent: str) -> Row:
+    """The row of an element that is read."""
+    return ROWS.get(tag, _TEXT)
+
+
+def _changes_nothing(element: Element) -> bool:
+    """Whether an element that is left out has the value that it has without it."""
+    if element.tag in _NEUTRAL:
+        return element.text.strip().lower() in _NEUTRAL[element.tag]
+    return not element.text and all(child.text.strip() in ("", "0", "0.0") for child in element.children)
+
+
+SDF = Vocabulary(
+    "SDFormat", row_of, FOREIGN_ATTRIBUTE, UNKNOWN_ELEMENT, strict=False,
+    is_neutral=lambda _tag, _attribute, _text: False, is_neutral_part=_changes_nothing,
+)  # fmt: skip
+
+
+def version_of(root: Element) -> Version:
+    """The version that a file declares; the newest if it declares none."""
+    found = re.match(r"(\d{1,3})\.(\d{1,3})", root.get("version"))
+    return NEWEST if found is None else (int(found[1]), int(found[2]))

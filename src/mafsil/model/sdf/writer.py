@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix
-from mafsil.model.inertia_check import STAND_IN, principal_moments
+from mafsil.model.inertia_check import STAND_IN, possible_inertias, principal_moments
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.link import Inertial, Link
+from mafsil.model.link import Box, Capsule, Cylinder, Geometry, Inertial, Link, Mesh, Shape, Sphere
 from mafsil.model.loading import of_any_mechanism
 from mafsil.model.losses import (
     Document,
@@ -30,16 +30,11 @@ from mafsil.model.losses import (
     xml_comment,
 )
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
-from mafsil.model.numbers import written
-from mafsil.model.placement import inverse
-from mafsil.model.possible_inertia import possible_inertias
-from mafsil.model.reading import LONGEST_NAME, is_writable
-from mafsil.model.rpy import rpy_from_rotation
+from mafsil.model.placement import inverse, rpy_from_rotation
+from mafsil.model.reading import LONGEST_NAME, is_writable, written
 from mafsil.model.sdf.frames import OWN_NAME, WORLD, WrittenNames, named_shapes, rename_for_sdf, stands_in_world
-from mafsil.model.sdf.joint import ACCELERATION, GEAR_RATIO, ROTOR_INERTIA
+from mafsil.model.sdf.joint import ACCELERATION, GEAR_RATIO, IS_BASE, IS_TIP, OWN_JOINT, ROTOR_INERTIA
 from mafsil.model.sdf.link import OWN_COLOUR
-from mafsil.model.sdf.named_frames import IS_BASE, IS_TIP, OWN_JOINT
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.tolerances import PRINTED
 from mafsil.model.urdf.writer import is_endless
 from mafsil.model.xml_tree import escape

@@ -1,25 +1,37 @@
-"""A mechanism from a valid robot table: units become SI here."""
+"""The form of a robot table, key by key and type by type, and the mechanism that a valid one describes, in SI units."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import radians
+from math import inf, radians
+from typing import Annotated, Literal
 
+import msgspec
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, Vector6, frozen
 from mafsil.errors import ModelError
-from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
-from mafsil.model.exponentials import mechanism_from_screws
+from mafsil.model.exponentials import ArmParts, JointPlace, mechanism_from_screws, serial_arm
 from mafsil.model.joint import JointKind
-from mafsil.model.limits import Limits
+from mafsil.model.limits import Actuator, Friction, Limits
 from mafsil.model.link import Inertial
-from mafsil.model.mechanism import Mechanism, Provenance
+from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism, Provenance
 from mafsil.model.placement import checked_pose, pose_from_xyz_rpy
-from mafsil.model.serial import ArmParts, JointPlace, serial_arm
-from mafsil.model.table.form import InertialTable, JointTable, LimitsTable, PoseTable, RobotTable
 
+JOINT_LIMIT = 1000
+"""Most joints of one file."""
+Three = tuple[float, float, float]
+Six = tuple[float, float, float, float, float, float]
+Four = tuple[float, float, float, float]
+KEYS: dict[str, tuple[str, ...]] = {
+    "modified": ("a", "alpha", "d", "theta", "offset"),
+    "classic": ("a", "alpha", "d", "theta", "offset"),
+    "space": ("screw",),
+    "body": ("screw",),
+    "frames": ("xyz", "rpy", "matrix", "axis", "pitch"),
+}
+"""Keys of a joint that belong to a convention."""
 KINDS = {"R": JointKind.REVOLUTE, "P": JointKind.PRISMATIC, "H": JointKind.HELICAL}
 
 
@@ -147,3 +159,100 @@ def _inertial(table: InertialTable | None, length_unit: float) -> Inertial | Non
     xx, yy, zz, xy, xz, yz = (*table.inertia, 0.0, 0.0, 0.0)[:6]
     com = [length_unit * x for x in table.com]
     return Inertial(table.mass, frozen(com), frozen([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+
+
+class UnitsTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Units of the numbers of one file."""
+
+    angle: Literal["rad", "deg"] = "rad"
+    length: Literal["m", "mm"] = "m"
+
+
+class PoseTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A constant pose: position and roll, pitch, yaw, or a matrix."""
+
+    xyz: Three = (0.0, 0.0, 0.0)
+    rpy: Three = (0.0, 0.0, 0.0)
+    matrix: tuple[Four, Four, Four, Four] | None = None
+
+
+class LimitsTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Bounds of a joint in the units of the file; efforts in N m or N."""
+
+    lower: float = -inf
+    upper: float = inf
+    velocity: float = inf
+    acceleration: float = inf
+    jerk: float = inf
+    effort: float = inf
+
+
+class InertialTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Mass properties; `inertia` about the centre of mass in kg m^2, three numbers or six."""
+
+    mass: Annotated[float, msgspec.Meta(ge=0)]
+    com: Three = (0.0, 0.0, 0.0)
+    inertia: Annotated[tuple[float, ...], msgspec.Meta(min_length=3, max_length=6)] = (0.0, 0.0, 0.0)
+
+
+class ActuatorTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Motor and gear, SI."""
+
+    rotor_inertia: float = 0.0
+    gear_ratio: float = 1.0
+    armature: float = 0.0
+
+
+class FrictionTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Friction at the joint, SI."""
+
+    viscous: float = 0.0
+    coulomb: float = 0.0
+    coulomb_negative: float | None = None
+    offset: float = 0.0
+
+
+class JointTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """One joint and the link that it moves."""
+
+    name: str | None = None
+    link: str | None = None
+    kind: Literal["R", "P", "H"] = "R"
+    a: float | None = None
+    alpha: float | None = None
+    d: float | None = None
+    theta: float | None = None
+    offset: float | None = None
+    screw: Six | None = None
+    xyz: Three | None = None
+    rpy: Three | None = None
+    matrix: tuple[Four, Four, Four, Four] | None = None
+    axis: Three | None = None
+    pitch: float | None = None
+    limits: LimitsTable = LimitsTable()
+    inertial: InertialTable | None = None
+    actuator: ActuatorTable | None = None
+    friction: FrictionTable | None = None
+
+
+class ProvenanceTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """Where the numbers come from."""
+
+    source: str = ""
+    licence: str = ""
+    notes: tuple[str, ...] = ()
+
+
+class RobotTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A whole file."""
+
+    convention: Literal["modified", "classic", "space", "body", "frames"]
+    joint: Annotated[list[JointTable], msgspec.Meta(min_length=1, max_length=JOINT_LIMIT)]
+    name: str = "robot"
+    base_link: str = "base"
+    units: UnitsTable = UnitsTable()
+    gravity: Three = STANDARD_GRAVITY
+    base: PoseTable = PoseTable()
+    tool: PoseTable = PoseTable()
+    home: PoseTable | None = None
+    provenance: ProvenanceTable = ProvenanceTable()

@@ -14,7 +14,7 @@ from mafsil.model.loading import of_any_mechanism
 from mafsil.model.losses import Document, Loss, Weight, comment_lines, deliver, joints_that, names_of, settle_losses
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.table.building import KINDS
-from mafsil.model.table.text import toml_text
+from mafsil.model.table.reading import toml_text
 
 CHOICES = ("shapes",)
 """Words of `without`."""

@@ -15,7 +15,6 @@ import numpy as np
 
 from mafsil.arrays import Floats, frozen
 from mafsil.model.asset_path import Assets
-from mafsil.model.audit import audit
 from mafsil.model.diagnostics import Repair, Severity
 from mafsil.model.faults import (
     CYCLE,
@@ -41,15 +40,13 @@ from mafsil.model.joint import Joint
 from mafsil.model.link import Inertial, Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mimics import Declared, resolve_mimics
-from mafsil.model.numbers import written
-from mafsil.model.reading import Reading
+from mafsil.model.reading import Reading, written
 from mafsil.model.spanning_tree import joint_of_loop
 from mafsil.model.urdf.joint import read_joint, read_transmissions
-from mafsil.model.urdf.origin import read_origin
-from mafsil.model.urdf.shape import Materials, read_shapes
+from mafsil.model.urdf.shape import Materials, read_origin, read_shapes
 from mafsil.model.urdf.vocabulary import URDF as VOCABULARY
 from mafsil.model.urdf.vocabulary import version_of
-from mafsil.model.vocabulary import Version
+from mafsil.model.vocabulary import Version, audit
 from mafsil.model.xacro import expand, is_xacro, left_over
 from mafsil.model.xml_tree import Element, ReadLimits
 

@@ -1,12 +1,19 @@
-"""Shapes of a URDF link: geometry, place, colour."""
+"""Shapes of a URDF link: geometry, place (`origin`), colour; and capsules, for which the format has no word.
+
+A pose stands as xyz and rpy, from 1.1 on as xyz and a quaternion. A capsule is written as a shaft and two caps, which
+are read back as the capsule that they are.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
+import numpy as np
+
+from mafsil.arrays import PoseMatrix, frozen
 from mafsil.model.asset_path import Assets, Resolved
 from mafsil.model.diagnostics import shown
 from mafsil.model.faults import (
@@ -16,16 +23,23 @@ from mafsil.model.faults import (
     NO_GEOMETRY,
     PACKAGE_NOT_FOUND,
     PATH_ESCAPES,
+    QUATERNION_NORMALISED,
+    TWO_ROTATIONS,
     UNKNOWN_GEOMETRY,
     UNKNOWN_MATERIAL,
+    ZERO_QUATERNION,
     ZERO_SCALE,
 )
-from mafsil.model.reading import Reading
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
-from mafsil.model.urdf.capsule import with_capsules
-from mafsil.model.urdf.origin import read_origin
+from mafsil.model.link import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
+from mafsil.model.placement import pose_from_xyz_quaternion, pose_from_xyz_rpy, quaternion_length, translation
+from mafsil.model.reading import Reading, written
+from mafsil.model.tolerances import UNIT_QUATERNION, WRITTEN
 from mafsil.model.xml_tree import Element
 
+PARTS = ("/shaft", "/cap1", "/cap2")
+"""Endings of the names of the three shapes."""
+_ZERO = (0.0, 0.0, 0.0)
+_QUATERNION = "quat_xyzw"
 Colour: TypeAlias = tuple[float, float, float, float]
 
 
@@ -182,3 +196,73 @@ def _plain_colour(material: Element) -> Colour | None:
     except ValueError:
         return None
     return (values[0], values[1], values[2], values[3]) if len(values) == 4 else None
+
+
+def read_origin(reading: Reading, element: Element) -> PoseMatrix:
+    """The pose (4, 4) in an `origin` child; identity if there is none or after an error.
+
+    A quaternion is there in versions that have one alone: the vocabulary takes it out of others.
+    """
+    origin = reading.one(element, "origin")
+    if origin is None:
+        return frozen(pose_from_xyz_rpy(_ZERO, _ZERO))
+    xyz = reading.vector(origin, "xyz", 3, _ZERO) or _ZERO
+    if _QUATERNION not in origin.attributes:
+        return frozen(pose_from_xyz_rpy(xyz, reading.vector(origin, "rpy", 3, _ZERO) or _ZERO))
+    if "rpy" in origin.attributes:
+        reading.report(TWO_ROTATIONS, origin, _QUATERNION, None, element=origin.tag)
+    xyzw = reading.vector(origin, _QUATERNION, 4)
+    return frozen(pose_from_xyz_quaternion(xyz, _judge(reading, origin, xyzw)))
+
+
+def _judge(reading: Reading, origin: Element, xyzw: tuple[float, ...] | None) -> tuple[float, ...]:
+    """A quaternion that has a length; one far from 1 is reported."""
+    if xyzw is None:
+        return (0.0, 0.0, 0.0, 1.0)
+    length = quaternion_length(xyzw)
+    if length == 0.0:
+        reading.report(ZERO_QUATERNION, origin, _QUATERNION, None, element=origin.tag)
+        return (0.0, 0.0, 0.0, 1.0)
+    if abs(length - 1.0) > UNIT_QUATERNION:
+        repair = reading.set_attribute(origin, _QUATERNION, " ".join(written(part / length) for part in xyzw))
+        reading.report(QUATERNION_NORMALISED, origin, _QUATERNION, repair, length=f"{length:.6g}")
+    return xyzw
+
+
+def without_capsules(shapes: Iterable[Shape]) -> Iterator[Shape]:
+    """The shapes, each capsule as a cylinder and two balls."""
+    for shape in shapes:
+        if not isinstance(shape.geometry, Capsule):
+            yield shape
+            continue
+        radius, length = shape.geometry.radius, shape.geometry.length
+        solids = (Cylinder(radius, length), Sphere(radius), Sphere(radius))
+        for part, solid, z in zip(PARTS, solids, (0.0, length / 2, -length / 2), strict=True):
+            yield replace(shape, geometry=solid, T_lg=shape.T_lg @ translation(0, 0, z), name=shape.name + part)
+
+
+def with_capsules(shapes: Iterable[Shape]) -> tuple[Shape, ...]:
+    """The shapes, a shaft with its two caps as the capsule that they were."""
+    found: list[Shape] = []
+    for shape in shapes:
+        found.append(shape)
+        capsule = _capsule(found[-3:])
+        if capsule is not None:
+            found[-3:] = [capsule]
+    return tuple(found)
+
+
+def _capsule(three: list[Shape]) -> Shape | None:
+    """The capsule of three shapes that are named and placed as its parts."""
+    if len(three) < 3 or not all(shape.name.endswith(part) for shape, part in zip(three, PARTS, strict=True)):
+        return None
+    shaft, *caps = three
+    names = {shape.name.removesuffix(part) for shape, part in zip(three, PARTS, strict=True)}
+    if not isinstance(shaft.geometry, Cylinder) or len(names) > 1 or any(cap.colour != shaft.colour for cap in caps):
+        return None
+    radius, length = shaft.geometry.radius, shaft.geometry.length
+    for cap, z in zip(caps, (length / 2, -length / 2), strict=True):
+        gap = np.abs((shaft.T_lg @ translation(0, 0, z))[:3, 3] - cap.T_lg[:3, 3]).max()
+        if cap.geometry != Sphere(radius) or gap > WRITTEN * (radius + length):
+            return None
+    return replace(shaft, geometry=Capsule(radius, length), name=names.pop())

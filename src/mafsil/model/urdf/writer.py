@@ -12,7 +12,7 @@ from os import PathLike
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import UNBOUNDED, Limits
-from mafsil.model.link import Inertial, Link
+from mafsil.model.link import Box, Capsule, Cylinder, Geometry, Inertial, Link, Mesh, Shape, Sphere
 from mafsil.model.loading import of_any_mechanism
 from mafsil.model.losses import (
     Document,
@@ -30,12 +30,10 @@ from mafsil.model.losses import (
     xml_comment,
 )
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
-from mafsil.model.numbers import written
-from mafsil.model.reading import LONGEST_NAME, is_writable
-from mafsil.model.rpy import rpy_from_rotation
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
-from mafsil.model.urdf.capsule import without_capsules
-from mafsil.model.urdf.limit import ACCELERATION
+from mafsil.model.placement import rpy_from_rotation
+from mafsil.model.reading import LONGEST_NAME, is_writable, written
+from mafsil.model.urdf.joint import ACCELERATION
+from mafsil.model.urdf.shape import without_capsules
 from mafsil.model.urdf.vocabulary import FIRST, WIDER_LIMITS
 from mafsil.model.vocabulary import Version
 from mafsil.model.xml_tree import escape

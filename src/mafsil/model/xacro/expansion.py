@@ -21,14 +21,12 @@ from mafsil.model.faults import (
     XACRO_PACKAGE,
     XACRO_PARAMETER,
 )
-from mafsil.model.nearest_word import nearest_words
 from mafsil.model.reading import Reading
-from mafsil.model.xacro.fault import Budget, Reported, XacroFault, parameters_of
+from mafsil.model.vocabulary import nearest_words
 from mafsil.model.xacro.files import Files
 from mafsil.model.xacro.methods import global_names
-from mafsil.model.xacro.scope import Macro, Scope
-from mafsil.model.xacro.substitution import Substitution
-from mafsil.model.xacro.values import truth
+from mafsil.model.xacro.scope import Macro, Scope, Substitution
+from mafsil.model.xacro.values import Budget, Reported, XacroFault, parameters_of, truth
 from mafsil.model.xacro.vocabulary import CONSTRUCTS, DEFINITIONS, PREFIX, is_construct, is_source
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal
 

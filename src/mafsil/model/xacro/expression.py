@@ -11,18 +11,20 @@ from functools import lru_cache
 from typing import Any, Protocol, cast
 
 from mafsil.model.faults import XACRO_UNDEFINED
-from mafsil.model.nearest_word import nearest_words
-from mafsil.model.xacro.fault import Budget, XacroFault, wrong
+from mafsil.model.vocabulary import nearest_words
 from mafsil.model.xacro.methods import FIELDS, METHODS
 from mafsil.model.xacro.values import (
     LARGEST_COLLECTION,
     LONGEST_TEXT,
     MOST_BITS,
+    Budget,
     Function,
     Namespace,
     Value,
+    XacroFault,
     check_size,
     in_order,
+    wrong,
 )
 
 LONGEST = 4000

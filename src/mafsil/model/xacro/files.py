@@ -28,8 +28,7 @@ from mafsil.model.faults import (
 from mafsil.model.reading import Reading
 from mafsil.model.source import load
 from mafsil.model.xacro.expression import evaluate
-from mafsil.model.xacro.fault import Budget, Reported, XacroFault, wrong
-from mafsil.model.xacro.values import Function, Value, check_size, literal
+from mafsil.model.xacro.values import Budget, Function, Reported, Value, XacroFault, check_size, literal, wrong
 from mafsil.model.xacro.vocabulary import audit
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, parse
 from mafsil.regular_file import regular_bytes

@@ -11,8 +11,16 @@ from dataclasses import dataclass
 from typing import Any, cast
 from zlib import crc32
 
-from mafsil.model.xacro.fault import wrong
-from mafsil.model.xacro.values import LARGEST_COLLECTION, LONGEST_TEXT, Function, Namespace, Value, in_order, text_of
+from mafsil.model.xacro.values import (
+    LARGEST_COLLECTION,
+    LONGEST_TEXT,
+    Function,
+    Namespace,
+    Value,
+    in_order,
+    text_of,
+    wrong,
+)
 
 NAMED = (str, float, int, bool, complex, list, tuple, dict, set, frozenset, slice)
 _NOTHING = Function("NoneType", lambda: None)

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from mafsil.model.audit import audit_attributes
 from mafsil.model.faults import FOREIGN_ATTRIBUTE, UNKNOWN_ELEMENT
-from mafsil.model.nearest_word import nearest_words
 from mafsil.model.reading import Reading
-from mafsil.model.vocabulary import Row, Vocabulary
+from mafsil.model.vocabulary import Row, Vocabulary, audit_attributes, nearest_words
 from mafsil.model.xml_tree import Element
 
 PREFIX = "xacro:"

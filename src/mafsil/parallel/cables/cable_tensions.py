@@ -21,7 +21,7 @@ from mafsil.lazy_module import lazily
 from mafsil.parallel.cables.cable_robot import CableRobot
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers import decompositions
-from mafsil.solvers.bounded_least_squares import bounded_least_squares
+from mafsil.solvers.linear_program import bounded_least_squares
 
 if TYPE_CHECKING:
     import mafsil.parallel.cables.cable_loops as cable_loops

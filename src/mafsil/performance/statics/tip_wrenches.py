@@ -22,7 +22,7 @@ from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
 from mafsil.performance.velocity.tasks import Task
 from mafsil.robot import Robot, of_robot
-from mafsil.robot.arguments import in_tip
+from mafsil.robot.degrees import in_tip
 from mafsil.solvers import decompositions
 
 

@@ -14,7 +14,7 @@ from mafsil.arrays import Floats, Vector3, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.model import JointKind
-from mafsil.model.skeleton import reach
+from mafsil.model.appearance import reach
 from mafsil.performance.tolerances import CLEAR, NO_LEVER, ROUNDOFF, TOLERANCE
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.tasks import Task, task_rows

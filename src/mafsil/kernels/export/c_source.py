@@ -1,7 +1,4 @@
-"""A tape as C99: one assignment for each operation, nothing but arithmetic and <math.h>.
-
-The third file of an export: a C program that holds the function against stored numbers.
-"""
+"""A tape as portable C99: one assignment for each operation, nothing but arithmetic and <math.h>."""
 
 from __future__ import annotations
 
@@ -12,8 +9,7 @@ from typing import Literal
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.kernels.export.legend import Legend, port_name
-from mafsil.kernels.export.vectors import LIMIT, Vectors
+from mafsil.kernels.export.legend import LIMIT, Legend, Vectors, port_name
 from mafsil.kernels.layout import Port, Signature
 from mafsil.kernels.tape import Node, Tape
 

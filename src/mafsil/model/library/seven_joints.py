@@ -1,20 +1,68 @@
-"""Arms of Franka Robotics: Panda (FER) and Research 3 (FR3), without hand; the tip is the flange."""
+"""Arms of seven revolute joints: Franka Panda (FER) and Research 3 (FR3), without hand, and KUKA LBR iiwa 7 R800.
+
+The tip is the flange.
+"""
 
 from __future__ import annotations
 
-from math import pi
+from math import pi, radians
+
+import numpy as np
 
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
-from mafsil.model.library.masses import inertial
-from mafsil.model.library.outline import Drum, Outline, Tube, with_outline
+from mafsil.model.exponentials import JointPlace, serial_arm
+from mafsil.model.joint import JointKind
+from mafsil.model.library.outline import Drum, Outline, Tube, inertial, with_outline
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism, Provenance
-from mafsil.model.placement import translation
+from mafsil.model.placement import pose_from_xyz_rpy, translation
 
-_FLANGE = 0.107
-
-_ROWS = (
+_IIWA_ORIGINS = (
+    ((0.0, 0.0, 0.15), (0.0, 0.0, 0.0)),
+    ((0.0, 0.0, 0.19), (pi / 2, 0.0, pi)),
+    ((0.0, 0.21, 0.0), (pi / 2, 0.0, pi)),
+    ((0.0, 0.0, 0.19), (pi / 2, 0.0, 0.0)),
+    ((0.0, 0.21, 0.0), (-pi / 2, pi, 0.0)),
+    ((0.0, 0.0607, 0.19), (pi / 2, 0.0, 0.0)),
+    ((0.0, 0.081, 0.0607), (-pi / 2, pi, 0.0)),
+)
+"""xyz [m] and roll, pitch, yaw [rad] of each joint in the link before."""
+_IIWA_MASSES = (
+    inertial(4.0, (0.0, -0.03, 0.12), (0.1, 0.09, 0.02)),
+    inertial(4.0, (0.0003, 0.059, 0.042), (0.05, 0.018, 0.044)),
+    inertial(3.0, (0.0, 0.03, 0.13), (0.08, 0.075, 0.01)),
+    inertial(2.7, (0.0, 0.067, 0.034), (0.03, 0.01, 0.029)),
+    inertial(1.7, (0.0001, 0.021, 0.076), (0.02, 0.018, 0.005)),
+    inertial(1.8, (0.0, 0.0006, 0.0004), (0.005, 0.0036, 0.0047)),
+    inertial(0.3, (0.0, 0.0, 0.02), (0.001, 0.001, 0.001)),
+)
+_IIWA_AXES = (
+    (170, 98, 176),
+    (120, 98, 176),
+    (170, 100, 110),
+    (120, 130, 110),
+    (170, 140, 110),
+    (120, 180, 40),
+    (175, 180, 40),
+)
+"""Range +- [deg], speed [deg/s], torque [N m]."""
+_IIWA_OUTLINE: Outline = {
+    "base": [Tube(0.08, (0, 0, 0.05), (0, 0, 0.09)), Tube(0.05, (-0.08, 0, 0.04), (0, 0, 0.05))],
+    "link1": [Tube(0.068, (0, 0, 0.02), (0, 0, 0.18))],
+    "link2": [Tube(0.068, (0, 0, 0.01), (0, 0.19, 0))],
+    "link3": [Tube(0.068, (0, 0, 0.02), (0, 0, 0.18))],
+    "link4": [Tube(0.068, (0, 0, 0.01), (0, 0.19, 0))],
+    "link5": [Tube(0.06, (0, 0, 0.02), (0, 0.0, 0.08)), Tube(0.042, (0, 0.05, 0.09), (0, 0.06, 0.19))],
+    "link6": [Tube(0.06, (0, 0, 0.03), (0, 0.02, 0.06))],
+    "link7": [Drum(0.045, (0, 0, 0), (0, 0, 0.045))],
+}
+_IIWA_OUTLINE_SOURCE = (
+    "capsules along the published lengths, radii 68 mm (axes 1 to 4) and 60 mm (wrist), flange a flat drum of 45 mm:"
+    " estimated, not read off a drawing and not compared with a model of the maker"
+)
+_FRANKA_FLANGE = 0.107
+_FRANKA_ROWS = (
     DHRow(a=0.0, alpha=0.0, d=0.333),
     DHRow(a=0.0, alpha=-pi / 2),
     DHRow(a=0.0, alpha=pi / 2, d=0.316),
@@ -23,7 +71,6 @@ _ROWS = (
     DHRow(a=0.0, alpha=pi / 2),
     DHRow(a=0.088, alpha=pi / 2),
 )
-
 _PANDA_LIMITS = (
     Limits(-2.8973, 2.8973, 2.1750, 15.0, 7500.0, 87.0),
     Limits(-1.7628, 1.7628, 2.1750, 7.5, 3750.0, 87.0),
@@ -33,7 +80,6 @@ _PANDA_LIMITS = (
     Limits(-0.0175, 3.7525, 2.6100, 20.0, 10000.0, 12.0),
     Limits(-2.8973, 2.8973, 2.6100, 20.0, 10000.0, 12.0),
 )
-
 _PANDA_MASSES = (
     inertial(4.970684, (0.003875, 0.002081, -0.04762), (0.70337, 0.70661, 0.009117, -0.000139, 0.006772, 0.019169)),
     inertial(0.646926, (-0.003141, -0.02872, 0.003495), (0.007962, 0.02811, 0.025995, -0.003925, 0.010254, 0.000704)),
@@ -47,8 +93,7 @@ _PANDA_MASSES = (
         0.735522, (0.010517, -0.004252, 0.061597), (0.012516, 0.010027, 0.004815, -0.000428, -0.001196, -0.000741)
     ),
 )
-
-_OUTLINE: Outline = {
+_FRANKA_OUTLINE: Outline = {
     "base": [
         Tube(0.074, (-0.07, 0, 0.05), (0, 0, 0.069)),
         Tube(0.03, (-0.01, -0.065, 0.03), (-0.01, 0.065, 0.03)),
@@ -80,9 +125,9 @@ _OUTLINE: Outline = {
         Tube(0.05, (0, 0.06, 0), (0, 0.08, 0)),
     ],
     "link6": [Tube(0.048, (0, 0, 0.008), (0.05, 0.02, 0.008)), Tube(0.045, (0.088, -0.02, 0), (0.088, 0.037, 0))],
-    "link7": [Drum(0.044, (0, 0, 0.052), (0, 0, _FLANGE)), Tube(0.022, (0, 0, 0.083), (0.047, 0.047, 0.083))],
+    "link7": [Drum(0.044, (0, 0, 0.052), (0, 0, _FRANKA_FLANGE)), Tube(0.022, (0, 0, 0.083), (0.047, 0.047, 0.083))],
 }
-_OUTLINE_SOURCE = (
+_FRANKA_OUTLINE_SOURCE = (
     "capsules fitted to the Panda's meshes as example-robot-data has them (the FR3 takes the same): radii 55 mm"
     " (joints 1 to 5), 50 to 45 mm (wrist), flange a flat drum of 44 mm"
 )
@@ -114,15 +159,15 @@ def panda() -> Mechanism:
 
 def _franka(name: str, limits: tuple[Limits, ...], masses: tuple[Inertial, ...], provenance: Provenance) -> Mechanism:
     bare = mechanism_from_dh(
-        _ROWS,
+        _FRANKA_ROWS,
         "modified",
-        tool=translation(0.0, 0.0, _FLANGE),
+        tool=translation(0.0, 0.0, _FRANKA_FLANGE),
         name=name,
         inertials=masses,
         limits=limits,
         provenance=provenance,
     )
-    return with_outline(bare, _OUTLINE, _OUTLINE_SOURCE)
+    return with_outline(bare, _FRANKA_OUTLINE, _FRANKA_OUTLINE_SOURCE)
 
 
 _FR3_LIMITS = (
@@ -134,7 +179,6 @@ _FR3_LIMITS = (
     Limits(0.5445, 4.5169, 4.18, 10.0, 5000.0, 12.0),
     Limits(-3.0159, 3.0159, 5.26, 10.0, 5000.0, 12.0),
 )
-
 _FR3_MASSES = (
     inertial(
         2.9274653454,
@@ -192,3 +236,27 @@ def fr3() -> Mechanism:
             ),
         ),
     )
+
+
+def iiwa7() -> Mechanism:
+    """KUKA LBR iiwa 7 R800, 7 revolute joints with spherical shoulder and wrist, tip at the flange.
+
+    Reference: KUKA Roboter GmbH, LBR iiwa 7 R800 / 14 R820 specification (lengths 340, 400, 400, 126 mm, axis data).
+    """
+    bare = serial_arm(
+        [JointPlace(JointKind.REVOLUTE, pose_from_xyz_rpy(*origin), np.eye(4)) for origin in _IIWA_ORIGINS],
+        base=None,
+        T_lt=translation(0.0, 0.0, 0.045),
+        name="iiwa7",
+        inertials=_IIWA_MASSES,
+        limits=[Limits(-radians(q), radians(q), radians(qd), effort=tau) for q, qd, tau in _IIWA_AXES],
+        provenance=Provenance(
+            source="KUKA, specification of the LBR iiwa 7 R800; link frames and masses: iiwa_description (iiwa_stack)",
+            notes=(
+                "KUKA publishes no mass properties; these are round estimates of the description package, diagonal"
+                " tensors about the centres of mass",
+                "shoulder, elbow and wrist centres lie 340, 740 and 1140 mm above the base, the flange 1266 mm",
+            ),
+        ),
+    )
+    return with_outline(bare, _IIWA_OUTLINE, _IIWA_OUTLINE_SOURCE)
