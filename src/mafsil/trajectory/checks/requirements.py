@@ -18,8 +18,7 @@ from mafsil.errors import InputError
 from mafsil.fields import check_fields, finite
 from mafsil.messages import say
 from mafsil.trajectory.checks.jumps import JUMP, Jump, jumps
-from mafsil.trajectory.motion import Trajectory
-from mafsil.trajectory.status import ContinuityStatus, RequirementStatus
+from mafsil.trajectory.motion import ContinuityStatus, RequirementStatus, Trajectory
 
 NAMES = ("upper", "velocity", "acceleration", "jerk")
 """Names of derivatives 0 to 3 in the catalogue of sentences."""

@@ -12,8 +12,10 @@ from mafsil.answer import Answer, Status
 from mafsil.errors import InputError
 from mafsil.robot import Robot
 from mafsil.trajectory.checks.limit_check import LimitCheck, check, not_checked
-from mafsil.trajectory.files import csv_file, ros2, urscript
-from mafsil.trajectory.files.ros2 import Samples, sample_trajectory
+from mafsil.trajectory.files import formats as csv_file
+from mafsil.trajectory.files import formats as ros2
+from mafsil.trajectory.files import formats as urscript
+from mafsil.trajectory.files.formats import Samples, sample_trajectory
 from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.motion_limits import Limits
 from mafsil.whole_file import write_whole

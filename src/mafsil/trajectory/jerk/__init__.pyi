@@ -1,5 +1,5 @@
-from mafsil.trajectory.jerk.binding import BindingLimit as BindingLimit
-from mafsil.trajectory.jerk.binding import Bindings as Bindings
+from mafsil.trajectory.jerk.motion import BindingLimit as BindingLimit
+from mafsil.trajectory.jerk.motion import Bindings as Bindings
 from mafsil.trajectory.jerk.motion import JerkLimitedBatch as JerkLimitedBatch
 from mafsil.trajectory.jerk.motion import JerkLimitedMotion as JerkLimitedMotion
 from mafsil.trajectory.jerk.online import Online as Online

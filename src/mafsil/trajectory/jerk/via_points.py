@@ -16,8 +16,7 @@ from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
-from mafsil.trajectory.jerk.binding import Bindings
-from mafsil.trajectory.jerk.motion import JerkLimitedMotion, Pieces
+from mafsil.trajectory.jerk.motion import Bindings, JerkLimitedMotion, Pieces
 from mafsil.trajectory.jerk.problem import JerkStatus, Problem, packed_limits, problem_of, require_finite_states
 from mafsil.trajectory.jerk.state_to_state import MOST_PIECES, plan_motion
 from mafsil.trajectory.motion import Motion, overview

@@ -9,10 +9,10 @@ from mafsil.trajectory.splines.bspline import bspline as bspline
 from mafsil.trajectory.splines.bspline import bspline_through as bspline_through
 from mafsil.trajectory.splines.bspline import minimum_jerk_through as minimum_jerk_through
 from mafsil.trajectory.splines.bspline import minimum_snap_through as minimum_snap_through
+from mafsil.trajectory.splines.cubic_spline import ViaRates as ViaRates
 from mafsil.trajectory.splines.cubic_spline import cubic_through as cubic_through
+from mafsil.trajectory.splines.cubic_spline import via_rates as via_rates
 from mafsil.trajectory.splines.infeasible_leg import InfeasibleLeg as InfeasibleLeg
 from mafsil.trajectory.splines.linear_blends import BlendPlan as BlendPlan
 from mafsil.trajectory.splines.linear_blends import linear_blends as linear_blends
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial as PiecewisePolynomial
-from mafsil.trajectory.splines.via_rates import ViaRates as ViaRates
-from mafsil.trajectory.splines.via_rates import via_rates as via_rates

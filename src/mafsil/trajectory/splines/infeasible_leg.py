@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.trajectory.motion import BlendStatus
 from mafsil.trajectory.splines.blend_plan import BlendProblem, Blends, blends, mean_acceleration
-from mafsil.trajectory.status import BlendStatus
 
 GRID, ROUNDS = 512, 5
 """A search looks at so many candidates at once, and so often between two of them: to the last digits."""
