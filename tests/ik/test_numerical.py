@@ -14,8 +14,8 @@ import mafsil as mf
 from mafsil.errors import InputError, ModelError
 from mafsil.geometry import pose
 from mafsil.ik import solve_ik
-from mafsil.ik.numerical.exact_starts import exact_starts
 from mafsil.ik.numerical.fast_search import search_of
+from mafsil.ik.numerical.full_search import exact_starts
 from mafsil.ik.result import FIELDS, IKStatus
 
 ROBOTS = ["panda", "fr3", "iiwa7", "ur5e", "puma560", "offset_puma", "stanford_arm", "rrprrr", "scara_rrrp", "planar3r"]

@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.clearance_loops import place_cells
 from mafsil.collision.meeting_loops import bodies_near, colliding_lanes, meets_around, meets_itself
-from mafsil.collision.placing_loops import ALL, without_pieces
-from mafsil.collision.speed_loops import ROUNDING, take_motion, way_of_body
+from mafsil.collision.placing_loops import ALL, ROUNDING, take_motion, way_of_body, without_pieces
 from mafsil.collision.workshop_loops import (
     Bench,
     Workshop,

@@ -14,7 +14,7 @@ from mafsil.lazy_module import lazily
 from mafsil.planning.arm_limits import Moving
 from mafsil.planning.arm_search import Searched, add_counts, search
 from mafsil.planning.cell_cover import MOST_MOVING
-from mafsil.planning.interruption import best_kept
+from mafsil.planning.outcome import best_kept
 from mafsil.planning.pipeline import take_shortcuts
 from mafsil.planning.problem import Problem, length_of
 from mafsil.planning.search import PLANNERS, SearchBudget

@@ -19,6 +19,7 @@ from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses
 from mafsil.planning.arm_limits import (
+    GoalRegion,
     Moving,
     beyond_limits,
     bounds_of,
@@ -38,10 +39,8 @@ from mafsil.planning.arm_planners import (
     ask_roadmap,
 )
 from mafsil.planning.arm_search import add_counts, search
-from mafsil.planning.goal_region import GoalRegion
-from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.kept_planning import Kept, Measured, search_kept
-from mafsil.planning.outcome import FirstLine, PlanningStatus, Reason
+from mafsil.planning.outcome import FirstLine, PlanningStatus, Reason, tells_of_interruption
 from mafsil.planning.path_constraints import Constraint, kept_of
 from mafsil.planning.pipeline import take_shortcuts
 from mafsil.planning.problem import Problem
@@ -50,12 +49,12 @@ from mafsil.robot.degrees import in_radians, remark_on_degrees
 
 if TYPE_CHECKING:
     import mafsil.planning.cell_cover as cell_cover
-    import mafsil.planning.closed_arms as closed_arms
+    import mafsil.planning.kept_planning as closed_arms
     import mafsil.planning.roadmap as roadmaps
     from mafsil.planning.roadmap import ArmRoadmap
 else:
     roadmaps = lazily("mafsil.planning.roadmap")
-    closed_arms = lazily("mafsil.planning.closed_arms")
+    closed_arms = lazily("mafsil.planning.kept_planning")
     cell_cover = lazily("mafsil.planning.cell_cover")
 
 if TYPE_CHECKING:

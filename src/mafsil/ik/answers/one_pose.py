@@ -20,13 +20,13 @@ from mafsil.ik.tolerances import REACHED
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    import mafsil.ik.answers.redundant_single as redundant_single
+    import mafsil.ik.answers.redundant_batch as redundant_single
     import mafsil.ik.redundant.at_parameter as at_parameter
-    import mafsil.ik.winding_loops as winding_loops
+    import mafsil.ik.refine_loops as winding_loops
 else:
     at_parameter = lazily("mafsil.ik.redundant.at_parameter")
-    redundant_single = lazily("mafsil.ik.answers.redundant_single")
-    winding_loops = lazily("mafsil.ik.winding_loops")
+    redundant_single = lazily("mafsil.ik.answers.redundant_batch")
+    winding_loops = lazily("mafsil.ik.refine_loops")
 
 POSE = (4, 4)
 CAREFUL, NONE, NO_POSE, REPEATED = (

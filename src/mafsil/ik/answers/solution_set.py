@@ -14,24 +14,22 @@ from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.ik.answers.branch import Branch
+from mafsil.ik.answers.branch import Branch, angle_units, solution_table
 from mafsil.ik.answers.candidate_table import CandidateTable
-from mafsil.ik.answers.family import SolutionFamily
-from mafsil.ik.answers.pose_question import PoseQuestion
+from mafsil.ik.answers.pose_question import PoseQuestion, SolutionFamily
 from mafsil.ik.answers.setting import Setting, folding, nearly_there, structure_decides
-from mafsil.ik.answers.solution_table import angle_units, solution_table
+from mafsil.ik.refine import TURN
 from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, WHOLE_TURN
-from mafsil.ik.winding import TURN
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 
 if TYPE_CHECKING:
-    import mafsil.ik.winding_loops as winding_loops
+    import mafsil.ik.refine_loops as winding_loops
 else:
-    winding_loops = lazily("mafsil.ik.winding_loops")
+    winding_loops = lazily("mafsil.ik.refine_loops")
 
 ROUNDED_LIMIT = 1e-12
 """By how much a joint may seem beyond its limit by rounding, which is not said [rad | m]."""

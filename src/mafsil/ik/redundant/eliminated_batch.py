@@ -18,10 +18,9 @@ from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.at_parameter import BESIDE, TRIED, answer_at
 from mafsil.ik.redundant.form import Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
-from mafsil.ik.refine import refine_rows
+from mafsil.ik.refine import refine_rows, wound_near
 from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import AT_LIMIT, NEARLY_REACHED, SAME
-from mafsil.ik.winding import wound_near
 
 ROWS = 16
 """Most solutions of six joints."""

@@ -1,8 +1,8 @@
-from mafsil.performance.dexterity.directions import largest_speed as largest_speed
-from mafsil.performance.dexterity.directions import least_joint_rate as least_joint_rate
-from mafsil.performance.dexterity.directions import torque_along as torque_along
 from mafsil.performance.dexterity.isotropy import IsotropySearch as IsotropySearch
 from mafsil.performance.dexterity.isotropy import isotropic_configurations as isotropic_configurations
+from mafsil.performance.dexterity.isotropy import largest_speed as largest_speed
+from mafsil.performance.dexterity.isotropy import least_joint_rate as least_joint_rate
+from mafsil.performance.dexterity.isotropy import torque_along as torque_along
 from mafsil.performance.dexterity.manipulability import Ellipsoid as Ellipsoid
 from mafsil.performance.dexterity.manipulability import PlanarEllipse as PlanarEllipse
 from mafsil.performance.dexterity.manipulability import ellipsoid_of as ellipsoid_of

@@ -16,8 +16,13 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.performance.singularities.singular_configuration import resolved_task
 from mafsil.performance.tolerances import CLEAR
-from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, scaled_jacobian
-from mafsil.performance.velocity.tasks import Task, task_jacobian
+from mafsil.performance.velocity.scaling import (
+    Task,
+    characteristic_length,
+    prismatic_joints,
+    scaled_jacobian,
+    task_jacobian,
+)
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import decompositions
 

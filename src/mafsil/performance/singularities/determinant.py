@@ -22,8 +22,13 @@ from mafsil.messages import say
 from mafsil.performance.singularities.axis_cases import SingularityCause
 from mafsil.performance.singularities.trigonometric_form import TrigonometricForm, fit_trigonometric_form
 from mafsil.performance.tolerances import CLEAR, ROUNDOFF
-from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, random_configurations
-from mafsil.performance.velocity.tasks import task_jacobian, task_rows
+from mafsil.performance.velocity.scaling import (
+    characteristic_length,
+    prismatic_joints,
+    random_configurations,
+    task_jacobian,
+    task_rows,
+)
 from mafsil.robot import Robot, of_robot
 
 CHECKS = 200

@@ -30,6 +30,7 @@ from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import (
     TOLERANCE,
     Scaled,
+    Task,
     at_point,
     central_point,
     prismatic_joints,
@@ -38,8 +39,8 @@ from mafsil.performance.velocity.scaling import (
     rank_of,
     require_one,
     scaled_jacobian,
+    task_rows,
 )
-from mafsil.performance.velocity.tasks import Task, task_rows
 from mafsil.robot import Robot, of_robot
 from mafsil.robot.degrees import takes_degrees
 from mafsil.solvers import decompositions
