@@ -6,8 +6,8 @@ Every question is "is anything within this cutoff, and how near?", so that most 
 2. The ball around a piece of the body against such a piece: exact for most kinds (`_gap`); a ball of the arm is done.
 3. What is left goes to `separation`.
 
-1. The ball around the piece against a node's box bounds the distance from below: further than the best, it is left.
-2. In a leaf the balls are compared, then the pieces themselves (`separation`), which give up past the best.
+What is nearest to a single piece (`nearest`) walks the tree, the nearer child first, and leaves a node whose box is
+further from the piece's ball than the best so far.
 """
 
 from __future__ import annotations

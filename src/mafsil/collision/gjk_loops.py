@@ -8,13 +8,11 @@
 5. A tetrahedron so flat that rounding decides its sides may seem to hold an origin that 2 has proved to be outside, or
    lose its nearest face: then all faces are looked at.
 
-Reference:
+References:
     E. Gilbert, D. Johnson, S. Keerthi, A fast procedure for computing the distance between complex objects in
     three-dimensional space, IEEE J. Robotics and Automation 4(2), 1988.
     G. van den Bergen, Collision Detection in Interactive 3D Environments, 2003, ch. 4.
-
-Reference:
-    C. Ericson, Real-Time Collision Detection, 2005, sec. 5.1.
+    C. Ericson, Real-Time Collision Detection, 2005, sec. 5.1: the point of a simplex nearest to the origin.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Several arms planned at once, and how planning in time ended: motions proved free of each other, or why none.
 
-Whether a motion in time is free at every moment: proved by chords that keep clear of what lies between.
+That a motion in time is free at every moment is proved by chords that keep clear of what lies between.
 """
 
 from __future__ import annotations

@@ -3,8 +3,7 @@
 A quarter turn printed as 1.5708 leaves an arm off the shape of its family by d ~ 1e-5. Then
 
 1. the closed form of the ideal arm gives rows, with the branch margin m of each (zero where two branches meet) and by
-   how much
-   rows that do not exist fall short;
+   how much rows that do not exist fall short;
 2. Newton's method on the arm as it is moves each row, and forward kinematics judges it.
 
 A solution q of the arm is a solution of the ideal arm for the pose that the ideal arm has at q, which is off by d at

@@ -15,6 +15,7 @@ from mafsil.ik.answers.refusal import Refusal
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.result import IKStatus
 from mafsil.kernels.lazy import lazy
+from mafsil.messages import say
 
 
 class PoseQuestion(Protocol):
@@ -119,3 +120,32 @@ class SolutionFamily:
         """How the joints move together near the member, such as `joint4: +1, joint6: -1`."""
         others = [(name, rate) for name, rate in zip(self.moving, self.rates[self.rates != 0.0], strict=True)]
         return ", ".join(f"{name}: {rate:+.6g}" for name, rate in others)
+
+
+@dataclass(frozen=True)
+class LimitExcess:
+    """A joint that a solution needs beyond its limit.
+
+    Attributes:
+        joint: its name.
+        value: what the solution needs.
+        limit: what is allowed.
+        excess: their distance.
+        unit: of the numbers: `rad` or `m`, or `deg` where an answer in degrees was asked for.
+    """
+
+    joint: str
+    value: float
+    limit: float
+    excess: float
+    unit: str
+
+    def explain(self, language: str | None = None) -> str:
+        """The sentence."""
+        return say("ik.limit_excess", language=language, **vars(self))
+
+
+def _listed(numbers: list[int]) -> str:
+    """Increasing numbers, runs of three and more as ranges: 1-4, 6, 7."""
+    runs = np.split(np.array(numbers), np.flatnonzero(np.diff(numbers) != 1) + 1)
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)

@@ -1,7 +1,4 @@
-"""Arms whose closed form locks joints, one pose or many: values are chosen, the kernel does the rest, else with care.
-
-The rows of a batch as `SolutionBatch` has them, and how answers are written into them.
-"""
+"""Arms whose closed form locks joints, one pose or many: values are chosen, the kernel does the rest."""
 
 from __future__ import annotations
 

@@ -29,9 +29,8 @@ from mafsil.ik.redundant.parametric_form import (
     parametric_form,
 )
 from mafsil.ik.refine import refine_rows, wound_near
-from mafsil.ik.structure.analysis import analysis
+from mafsil.ik.structure.analysis import analysis, recognise_locked
 from mafsil.ik.structure.closed_form import ClosedForm
-from mafsil.ik.structure.recognise import recognise_locked
 from mafsil.ik.tolerances import INSIDE, REACHED, RELATIVELY
 from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot, of_robot

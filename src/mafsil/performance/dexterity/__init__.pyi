@@ -7,9 +7,9 @@ from mafsil.performance.dexterity.manipulability import Ellipsoid as Ellipsoid
 from mafsil.performance.dexterity.manipulability import PlanarEllipse as PlanarEllipse
 from mafsil.performance.dexterity.manipulability import ellipsoid_of as ellipsoid_of
 from mafsil.performance.dexterity.manipulability import force_ellipsoid as force_ellipsoid
-from mafsil.performance.dexterity.manipulability import jacobian_hessian as jacobian_hessian
 from mafsil.performance.dexterity.manipulability import manipulability as manipulability
 from mafsil.performance.dexterity.manipulability import manipulability_gradient as manipulability_gradient
 from mafsil.performance.dexterity.manipulability import manipulability_of as manipulability_of
 from mafsil.performance.dexterity.manipulability import planar_ellipse as planar_ellipse
 from mafsil.performance.dexterity.manipulability import velocity_ellipsoid as velocity_ellipsoid
+from mafsil.performance.velocity.jacobians import jacobian_hessian as jacobian_hessian

@@ -13,9 +13,9 @@ from mafsil.arrays import Floats, JointVector, as_batch, whole
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.model.loading import RobotLike
-from mafsil.performance.dexterity.manipulability import Part, jacobian_hessian, rate_jacobian
+from mafsil.performance.dexterity.manipulability import Part, rate_jacobian
 from mafsil.performance.tolerances import ISOTROPIC, LEAST_DAMPING, NO_TRACE, SAME, WITHIN
-from mafsil.performance.velocity.jacobians import tool_jacobian
+from mafsil.performance.velocity.jacobians import jacobian_hessian, tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE, Task, random_configurations, ranges, scaled_jacobian
 from mafsil.robot import Robot, as_robot, of_robot
 from mafsil.solvers import decompositions

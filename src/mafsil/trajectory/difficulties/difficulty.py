@@ -14,7 +14,8 @@ from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 from mafsil.performance import generic_rank, singular_values
 from mafsil.performance.singularities.axis_cases import SingularityCause
-from mafsil.performance.singularities.singular_configuration import default_task, singularity
+from mafsil.performance.singularities.ranks import default_task
+from mafsil.performance.singularities.singular_configuration import singularity
 from mafsil.robot import Robot
 from mafsil.trajectory.paths import TipPath
 from mafsil.trajectory.paths.pose_path import PathTask

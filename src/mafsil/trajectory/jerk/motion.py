@@ -22,11 +22,11 @@ from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.tolerances import GIVEN
 
 if TYPE_CHECKING:
-    import mafsil.trajectory.jerk.online_loops as sample_loops
+    import mafsil.trajectory.jerk.online_loops as online_loops
     import mafsil.trajectory.jerk.plan_loops as plan_loops
 else:
     plan_loops = lazily("mafsil.trajectory.jerk.plan_loops")
-    sample_loops = lazily("mafsil.trajectory.jerk.online_loops")
+    online_loops = lazily("mafsil.trajectory.jerk.online_loops")
 
 
 QUANTITIES = ("jerk", "acceleration", "velocity")
@@ -53,13 +53,13 @@ class Pieces:
         """Position, velocity, acceleration and jerk (k, rows, n) at the times t (k, rows)."""
         rows, n = self.count.shape
         u, v, a, j = np.empty((4, len(t), rows, n))
-        sample_loops.sample_rows(self.first, self.count, self.times, self.jerks, t, u, v, a, j)
+        online_loops.sample_rows(self.first, self.count, self.times, self.jerks, t, u, v, a, j)
         return u, v, a, j
 
     def largest(self) -> Floats:
         """(rows, n, 3) largest sizes of position, velocity and acceleration where pieces begin and end."""
         largest = np.empty((*self.count.shape, 3))
-        sample_loops.largest_rows(self.first, self.count, self.times, self.jerks, largest)
+        online_loops.largest_rows(self.first, self.count, self.times, self.jerks, largest)
         return largest
 
 
@@ -140,7 +140,7 @@ class JerkLimitedMotion(Answer, data="duration ruling synchronised"):
     def durations(self) -> Floats:
         """(n,) shortest duration of each coordinate, as if it were alone [s]."""
         own = np.empty((1, self.n))
-        plan_loops.own_durations(self.problem.states.reshape(1, -1, 6), self.problem.limits, self.problem.free, own)
+        online_loops.own_durations(self.problem.states.reshape(1, -1, 6), self.problem.limits, self.problem.free, own)
         return own[0]
 
     def residual(self) -> float:

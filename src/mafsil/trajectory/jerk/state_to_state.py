@@ -26,9 +26,9 @@ from mafsil.trajectory.jerk.problem import (
 from mafsil.trajectory.motion_limits import Limits
 
 if TYPE_CHECKING:
-    import mafsil.trajectory.jerk.plan_loops as plan_loops
+    import mafsil.trajectory.jerk.online_loops as online_loops
 else:
-    plan_loops = lazily("mafsil.trajectory.jerk.plan_loops")
+    online_loops = lazily("mafsil.trajectory.jerk.online_loops")
 
 MOST_PIECES = 15
 """Pieces of a coordinate: two to come back inside the limits, and a mixture of two motions of seven."""
@@ -95,7 +95,7 @@ def _plan_one(ready: list[Floats], limits: Limits) -> JerkLimitedMotion:
     """The motion of one problem whose states are rows already."""
     packed = packed_limits(limits, len(ready[0]))
     start, v0, a0, goal, vf, af = ready
-    code, ruling, duration, usual, first, count, times, jerks = plan_loops.plan_one(
+    code, ruling, duration, usual, first, count, times, jerks = online_loops.plan_one(
         start, v0, a0, goal, vf, af, packed, *USUAL
     )
     problem = Problem(first[0], packed)
@@ -143,7 +143,7 @@ def _batch(problem: Problem) -> JerkLimitedBatch:
 
 
 def _rows(problem: Problem, states: Floats, outcome: Floats, count: Floats, times: Floats, jerks: Floats) -> None:
-    plan_loops.plan_rows(
+    online_loops.plan_rows(
         states,
         problem.limits,
         problem.free,
@@ -166,7 +166,7 @@ def _judge(problem: Problem, outcome: Floats, pieces: Pieces) -> None:
     T = outcome[:, 3]
     if problem.cycle == 0.0 and problem.minimum == 0.0:
         # The loops verify their pieces, as long as nothing under- or overflows, as tiny ways from rest do.
-        if plan_loops.are_usual(problem.limits, outcome, *USUAL) or (
+        if online_loops.are_usual(problem.limits, outcome, *USUAL) or (
             (T >= 0.0).all() and pieces.first[..., [1, 2, 4, 5]].any()
         ):
             return
