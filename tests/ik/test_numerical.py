@@ -101,7 +101,7 @@ def test_out_of_reach_is_proven_and_the_nearest_pose_given(panda):
 
 
 def test_no_state_leaves_the_reach_bound():
-    from mafsil.ik.problem import reach_bound
+    from mafsil.ik.result import reach_bound
 
     for name in ROBOTS:
         robot = mf.load(name)

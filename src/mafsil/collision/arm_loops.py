@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.pair_loops import ROW, WORKSPACE, separation
-from mafsil.collision.support_loops import Pieces, product, relative
-from mafsil.collision.tree_loops import DEPTH, Surroundings, box_gap
+from mafsil.collision.piece_loops import DEPTH, Pieces, Surroundings, box_gap, product, relative
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.kernels.loops.loop import compiled, inlined
 

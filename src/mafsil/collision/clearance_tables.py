@@ -21,8 +21,8 @@ from mafsil.code_store import digest_of, kept_array
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import SIDE, Clearances, lower_clearances
 from mafsil.collision.joints import Joints
+from mafsil.collision.piece_loops import HULL, POINT
 from mafsil.collision.placing_loops import Motion
-from mafsil.collision.support_loops import HULL, POINT
 from mafsil.model import JointLimits, Mechanism
 
 Ball: TypeAlias = tuple[Floats, float]

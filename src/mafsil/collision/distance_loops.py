@@ -14,9 +14,8 @@ from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm, Scratch, gap_around, gap_between, just_above, place_bodies, scratch_for
 from mafsil.collision.clearance_loops import clearance, place_cells
 from mafsil.collision.pair_loops import ROW, separation
+from mafsil.collision.piece_loops import Surroundings, body_of, product
 from mafsil.collision.placing_loops import Motion, without_pieces
-from mafsil.collision.support_loops import body_of, product
-from mafsil.collision.tree_loops import Surroundings
 from mafsil.collision.workshop_loops import (
     AT_ONCE,
     FROM_ITSELF,

@@ -20,11 +20,10 @@ from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.clearance_tables import Regions
 from mafsil.collision.joints import CENTRE, POSE, SOURCES, TWIST, ArmKernels, Joints, arm_kernels, last_of
 from mafsil.collision.pairs import Body
+from mafsil.collision.piece_loops import BALL, BODY, POINT, Pieces, boxes_of
 from mafsil.collision.pieces import pieces_of
 from mafsil.collision.placing_loops import Motion
 from mafsil.collision.scene import Scene
-from mafsil.collision.support_loops import BALL, BODY, POINT, Pieces
-from mafsil.collision.tree_loops import boxes_of
 from mafsil.collision.workshop_loops import (
     STATES,
     Bench,

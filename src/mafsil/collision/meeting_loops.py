@@ -28,6 +28,7 @@ from mafsil.collision.one_lane_loops import (
     lane_by_lane,
     within_reach,
 )
+from mafsil.collision.piece_loops import BALL, CONE, DEPTH, HULL, POINT, Surroundings
 from mafsil.collision.placing_loops import (
     ALL,
     ROUNDING,
@@ -36,8 +37,6 @@ from mafsil.collision.placing_loops import (
     way_of_ball,
     without_pieces,
 )
-from mafsil.collision.support_loops import BALL, CONE, HULL, POINT
-from mafsil.collision.tree_loops import DEPTH, Surroundings
 from mafsil.collision.workshop_loops import (
     AT_ONCE,
     FROM_ITSELF,

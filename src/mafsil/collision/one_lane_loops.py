@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 
 from mafsil.collision.arm_loops import just_above
 from mafsil.collision.pair_loops import separation
+from mafsil.collision.piece_loops import BALL, CONE, CYLINDER, DEPTH, HULL, PLANE, POINT, SEGMENT, Pieces, product
 from mafsil.collision.placing_loops import LaneScratch, pose_in_lanes
-from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
-from mafsil.collision.tree_loops import DEPTH
 from mafsil.collision.workshop_loops import (
     AROUND,
     BALLS,

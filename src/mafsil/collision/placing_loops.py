@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import FEW, Arm, Scratch, scratch_for
-from mafsil.collision.support_loops import BALL
-from mafsil.collision.tree_loops import DEPTH
+from mafsil.collision.piece_loops import BALL, DEPTH
 from mafsil.kernels.loops.lanes import WIDTH, in_lanes, lanes, part, seen, square_root, where
 from mafsil.kernels.loops.loop import compiled, inlined
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import Clearances
+from mafsil.collision.piece_loops import Surroundings
 from mafsil.collision.placing_loops import ALL, ROUNDING, LaneScratch, Motion, Speeds, lane_scratch_for, speeds_for
-from mafsil.collision.tree_loops import Surroundings
 from mafsil.kernels.loops.kernel_calls import call_lanes
 from mafsil.kernels.loops.lanes import WIDTH, in_lanes, lanes, put, seen
 from mafsil.kernels.loops.loop import compiled, inlined

@@ -1,3 +1,5 @@
+from mafsil.collision.srdf import JointGroup as JointGroup
+from mafsil.collision.srdf import joint_group as joint_group
 from mafsil.planning.approach import ApproachPlan as ApproachPlan
 from mafsil.planning.approach import plan_approach as plan_approach
 from mafsil.planning.arm_limits import GoalRegion as GoalRegion
@@ -19,8 +21,6 @@ from mafsil.planning.coordination_diagram import coordinate_arms as coordinate_a
 from mafsil.planning.field_descent import FieldPath as FieldPath
 from mafsil.planning.field_descent import NavigationFunction as NavigationFunction
 from mafsil.planning.field_descent import navigation_function as navigation_function
-from mafsil.planning.groups import JointGroup as JointGroup
-from mafsil.planning.groups import joint_group as joint_group
 from mafsil.planning.kept_planning import loop_constraints as loop_constraints
 from mafsil.planning.outcome import Plan as Plan
 from mafsil.planning.path_constraints import FixedOrientation as FixedOrientation

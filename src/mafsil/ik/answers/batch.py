@@ -15,8 +15,7 @@ from mafsil.ik.answers.branch import Branch, pose_table
 from mafsil.ik.answers.one_pose import one_pose
 from mafsil.ik.answers.setting import Setting, folding, nearly_there, structure_decides
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.problem import FARTHEST, clean_poses, printed_pose
-from mafsil.ik.result import STATUSES
+from mafsil.ik.result import FARTHEST, STATUSES, clean_poses, printed_pose
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.messages import say

@@ -28,11 +28,10 @@ from mafsil.ik.answers.search_batch import is_search_only, search_batch
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.general.findings import MOST
-from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.at_parameter import answer_at
 from mafsil.ik.redundant.eliminated_batch import counted_by_elimination, eliminated_batch
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
-from mafsil.ik.result import CODES, IKStatus
+from mafsil.ik.result import CODES, IKStatus, clean_poses
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import FailedStep

@@ -13,9 +13,8 @@ from mafsil.ik.answers.lists import complete, refined_lists
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import Quick, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.problem import clean_poses, printed_pose
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
-from mafsil.ik.result import IKStatus
+from mafsil.ik.result import IKStatus, clean_poses, printed_pose
 from mafsil.ik.tolerances import REACHED
 from mafsil.lazy_module import lazily
 

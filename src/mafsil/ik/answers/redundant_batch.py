@@ -14,10 +14,9 @@ from mafsil.ik.answers.refusal import out_of_plane
 from mafsil.ik.answers.search import Start
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.problem import FARTHEST, ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.parameter_search import ParameterValues, nearest_allowed, parameter_values
 from mafsil.ik.redundant.parametric_form import ParametricForm, parametric_form
-from mafsil.ik.result import CODES, IKStatus
+from mafsil.ik.result import CODES, FARTHEST, ORTHOGONALITY, IKStatus, clean_poses, printed_pose
 from mafsil.ik.tolerances import ON_LIMIT
 from mafsil.kernels.lazy import preset
 

@@ -20,7 +20,7 @@ from mafsil.ik.numerical.records import (
     Whole,
 )
 from mafsil.ik.numerical.search_loops import TRUSTED, advance, ports
-from mafsil.ik.problem import FARTHEST
+from mafsil.ik.result import FARTHEST
 from mafsil.kernels.loops import Held, compiled, open_held
 from mafsil.kernels.loops.kernel_calls import address, call_kernel
 

@@ -13,7 +13,7 @@ from mafsil import kernels
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3, Vector6, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.ik.chain import MovingPart, middle_of, moving_part
-from mafsil.ik.problem import reach_bound
+from mafsil.ik.result import reach_bound
 from mafsil.ik.tolerances import FACTOR_DAMPING
 from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy

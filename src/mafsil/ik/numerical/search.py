@@ -30,7 +30,7 @@ from mafsil.ik.numerical.records import (
     Whole,
 )
 from mafsil.ik.numerical.search_loops import PATIENT, TRUSTED
-from mafsil.ik.problem import ORTHOGONALITY
+from mafsil.ik.result import ORTHOGONALITY
 from mafsil.ik.tolerances import ONE_MORE
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy

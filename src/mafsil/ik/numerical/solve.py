@@ -16,8 +16,7 @@ from mafsil.ik.numerical.fast_search import SOLVED, FastSearch, Report, hashable
 from mafsil.ik.numerical.full_search import FullSearch, preferred_configuration
 from mafsil.ik.numerical.problem import TaskKind, WeightAxes
 from mafsil.ik.numerical.records import WINNER
-from mafsil.ik.problem import printed_pose
-from mafsil.ik.result import CODES, IKResult, IKStatus
+from mafsil.ik.result import CODES, IKResult, IKStatus, printed_pose
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot

@@ -18,7 +18,6 @@ from mafsil.errors import InputError
 from mafsil.ik.answers.setting import setting
 from mafsil.ik.chain import Chain, chain_of, moving_part
 from mafsil.ik.general import GeneralSix
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certify_intervals, programs, range_of
 from mafsil.ik.redundant.parametric_form import (
@@ -29,6 +28,7 @@ from mafsil.ik.redundant.parametric_form import (
     parametric_form,
 )
 from mafsil.ik.refine import refine_rows, wound_near
+from mafsil.ik.result import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.structure.analysis import analysis, recognise_locked
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import INSIDE, REACHED, RELATIVELY

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting, turns_of
-from mafsil.ik.problem import ORTHOGONALITY, reach_bound
 from mafsil.ik.redundant.form import Redundancy, redundancy
 from mafsil.ik.redundant.intervals import BranchIntervals, certify_intervals, programs, range_of
 from mafsil.ik.redundant.parametric_form import ParametricForm
+from mafsil.ik.result import ORTHOGONALITY, reach_bound
 from mafsil.ik.tolerances import EXACT_POSE, INSET, INSIDE
 
 LOOKED_AT = 64

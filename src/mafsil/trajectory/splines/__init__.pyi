@@ -4,6 +4,7 @@ from mafsil.trajectory.splines.blend_plan import last_leg as last_leg
 from mafsil.trajectory.splines.blend_plan import single_leg as single_leg
 from mafsil.trajectory.splines.blended_lines import BLENDS as BLENDS
 from mafsil.trajectory.splines.blended_lines import BlendedLines as BlendedLines
+from mafsil.trajectory.splines.blended_lines import InfeasibleLeg as InfeasibleLeg
 from mafsil.trajectory.splines.bspline import BSpline as BSpline
 from mafsil.trajectory.splines.bspline import bspline as bspline
 from mafsil.trajectory.splines.bspline import bspline_through as bspline_through
@@ -12,7 +13,6 @@ from mafsil.trajectory.splines.bspline import minimum_snap_through as minimum_sn
 from mafsil.trajectory.splines.cubic_spline import ViaRates as ViaRates
 from mafsil.trajectory.splines.cubic_spline import cubic_through as cubic_through
 from mafsil.trajectory.splines.cubic_spline import via_rates as via_rates
-from mafsil.trajectory.splines.infeasible_leg import InfeasibleLeg as InfeasibleLeg
 from mafsil.trajectory.splines.linear_blends import BlendPlan as BlendPlan
 from mafsil.trajectory.splines.linear_blends import linear_blends as linear_blends
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial as PiecewisePolynomial

@@ -26,9 +26,15 @@ from mafsil.trajectory.splines.blend_plan import (
     with_stops,
     with_through_points,
 )
-from mafsil.trajectory.splines.blended_lines import BlendedLines, BlendName, BlendShape, blend_shape
+from mafsil.trajectory.splines.blended_lines import (
+    BlendedLines,
+    BlendName,
+    BlendShape,
+    InfeasibleLeg,
+    blend_shape,
+    infeasible_legs,
+)
 from mafsil.trajectory.splines.cubic_spline import points_and_durations
-from mafsil.trajectory.splines.infeasible_leg import InfeasibleLeg, infeasible_legs
 from mafsil.trajectory.tolerances import ROUNDING
 
 ROUNDS = 60
