@@ -15,7 +15,7 @@ from mafsil.ik import (
     newton_ik,
     planar_reach,
 )
-from mafsil.ik.root_finding import RootStatus
+from mafsil.ik.newton import RootStatus
 from mafsil.ik.structure import PlaceClass, distances, strokes, two_axes, wrist_angles
 from tests.acceptance.reading import cases
 

@@ -23,9 +23,9 @@ from mafsil.trajectory import (
     trapezoid,
     via_rates,
 )
+from mafsil.trajectory.motion import BlendStatus, PlanStatus
 from mafsil.trajectory.paths import CartesianPath
 from mafsil.trajectory.splines import first_leg, last_leg
-from mafsil.trajectory.status import BlendStatus, PlanStatus
 from tests.acceptance.reading import cases, unread_after
 
 CASES = cases("11-trajectories.json", "11-more.json")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mafsil.collision import Checker
-from mafsil.collision.arm_kernels import CENTRE, POSE, TWIST, arm_kernels
-from mafsil.collision.joints import joints_of
+from mafsil.collision.joints import CENTRE, POSE, TWIST, arm_kernels, joints_of
 from mafsil.robot import load
 from tests.collision.arms import arm
 

@@ -11,8 +11,8 @@ import mafsil as mf
 from mafsil.collision import Box, Checker, Obstacle, Scene, Sphere
 from mafsil.collision import clearance_loops as known_loops
 from mafsil.collision.arm_loops import gap_between, place_bodies, scratch_for
+from mafsil.collision.clearance_tables import Regions
 from mafsil.collision.joints import joints_of
-from mafsil.collision.regions import Regions
 from mafsil.kernels.loops.lanes import WIDTH
 from mafsil.kernels.loops.loop import compiled
 from mafsil.model.placement import rotation_z

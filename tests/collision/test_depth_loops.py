@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mafsil.collision.depth_loops import WORKSPACE, grown_depth
-from mafsil.collision.support_loops import corner
+from mafsil.collision.piece_loops import corner
 from tests.sizes import size
 
 NO_VERTICES = np.zeros((0, 3))

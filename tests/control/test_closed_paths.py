@@ -9,9 +9,9 @@ import mafsil as mf
 from mafsil.control.laws import follow_with_loops
 from mafsil.geometry import pose
 from mafsil.parallel import ClosedChain
+from mafsil.trajectory.motion import PlanStatus
 from mafsil.trajectory.paths import arc_path, joined_path
 from mafsil.trajectory.paths.cartesian_path import CartesianPath
-from mafsil.trajectory.status import PlanStatus
 
 
 def chain_of(name):

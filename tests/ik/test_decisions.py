@@ -17,9 +17,9 @@ from mafsil.ik import SolutionBatch, SolutionSet, inverse_kinematics
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
 from mafsil.ik.answers.setting import Setting, setting
 from mafsil.ik.refine import distinct, pose_errors, refine_rows, residuals
+from mafsil.ik.refine_loops import unique_rows
 from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import NO_BETTER, SINGULAR
-from mafsil.ik.winding_loops import unique_rows
 from mafsil.mechanics.closed_form.thresholds import CLEAR, INSIDE, LOOSE, MERGED
 from mafsil.robot import Robot, load
 from tests.budget import within

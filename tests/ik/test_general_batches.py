@@ -7,9 +7,9 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose
+from mafsil.ik.refine import wound_near
 from mafsil.ik.result import IKStatus
 from mafsil.ik.structure import elimination
-from mafsil.ik.winding import wound_near
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_one_pose_and_a_batch_give_the_same_lists_to_the_last_digits(arm):
 
 
 def test_solutions_are_judged_as_the_residual_and_the_winding_say():
-    from mafsil.ik.general.judging_loops import judge_solutions
+    from mafsil.ik.refine_loops import judge_solutions
 
     rng = np.random.default_rng(9)
     T = pose.exp(rng.normal(size=(40, 6)))

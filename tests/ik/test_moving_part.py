@@ -5,7 +5,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.ik import inverse_kinematics, joint_rates, solve_ik, track
-from mafsil.ik.moving_part import moving_part
+from mafsil.ik.chain import moving_part
 from mafsil.ik.result import IKStatus
 
 ARM = [

@@ -14,8 +14,8 @@ import mafsil as mf
 from mafsil.errors import InputError, ModelError
 from mafsil.geometry import pose
 from mafsil.ik import solve_ik
-from mafsil.ik.numerical.exact_starts import exact_starts
 from mafsil.ik.numerical.fast_search import search_of
+from mafsil.ik.numerical.full_search import exact_starts
 from mafsil.ik.result import FIELDS, IKStatus
 
 ROBOTS = ["panda", "fr3", "iiwa7", "ur5e", "puma560", "offset_puma", "stanford_arm", "rrprrr", "scara_rrrp", "planar3r"]
@@ -101,7 +101,7 @@ def test_out_of_reach_is_proven_and_the_nearest_pose_given(panda):
 
 
 def test_no_state_leaves_the_reach_bound():
-    from mafsil.ik.problem import reach_bound
+    from mafsil.ik.result import reach_bound
 
     for name in ROBOTS:
         robot = mf.load(name)

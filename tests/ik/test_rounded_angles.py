@@ -5,7 +5,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.ik import inverse_kinematics
-from mafsil.ik.answers.refined_rows import beside_folds, refined_rows
+from mafsil.ik.answers.eliminated import beside_folds, refined_rows
 from mafsil.ik.answers.setting import setting
 from mafsil.mechanics.arm_pattern import Family
 

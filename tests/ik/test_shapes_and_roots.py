@@ -6,7 +6,7 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import pose, rotation
 from mafsil.ik import arm_structure, find_root, inverse_kinematics, newton_ik, planar_reach, twists_between
-from mafsil.ik.root_finding import RootStatus
+from mafsil.ik.newton import RootStatus
 from mafsil.ik.structure import ArmClass, PlaceClass, conjugated_wrist, project_off_axis, puma_shape, signed_angle
 
 

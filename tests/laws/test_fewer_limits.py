@@ -18,7 +18,7 @@ from mafsil.trajectory import (
     line_path,
     time_optimal,
 )
-from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.motion import PlanStatus
 from tests.sizes import size
 
 NUMBERS = 1e-4

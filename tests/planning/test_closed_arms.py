@@ -150,7 +150,7 @@ def test_two_arms_with_loops_pass_each_other(two, planned):
     assert found, found.explain("en")
     q = found.at(np.linspace(0, getattr(found, "duration", 1.0), 400))
     assert cell.free(q).all()
-    assert max(chain.error(part).max() for part in cell.split(q).values()) < planning.closed_arms.TOLERANCE
+    assert max(chain.error(part).max() for part in cell.split(q).values()) < planning.kept_planning.TOLERANCE
     start, goal = _swapped(two)
     np.testing.assert_allclose(q[[0, -1]], [cell.join(start), cell.join(goal)], atol=1e-9)
 
@@ -158,7 +158,7 @@ def test_two_arms_with_loops_pass_each_other(two, planned):
 def test_an_arm_with_loops_steps_aside_with_its_loops_closed(two):
     chain, cell = two
     q = np.random.default_rng(1).uniform(-1.0, 1.0, (30, 4))
-    near = planning.closed_arms.closed_near(chain.robot, q)
+    near = planning.kept_planning.closed_near(chain.robot, q)
     assert len(near) > 10
     assert chain.error(near).max() < 1e-9
     start = _swapped(two)[0]

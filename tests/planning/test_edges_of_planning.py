@@ -16,8 +16,7 @@ from mafsil.job import parse_job, solve
 from mafsil.job.judgement import summary
 from mafsil.job.solve import prepare
 from mafsil.planning import Problem, arm_planners, find_path, roadmap_loops, search
-from mafsil.planning.interruption import is_interruption
-from mafsil.planning.outcome import PlanningStatus
+from mafsil.planning.outcome import PlanningStatus, is_interruption
 from mafsil.planning.problem import length_of
 from mafsil.report.results import as_data
 

@@ -27,8 +27,8 @@ from mafsil.planning import (
     quadtree,
     visibility_path,
 )
-from mafsil.planning.coordination import CoordinationStatus
 from mafsil.planning.outcome import PlanningStatus
+from mafsil.planning.waiting_places import CoordinationStatus
 from tests.sizes import size
 
 SQUARE = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mafsil.collision import Box, Checker, Cylinder, Obstacle
-from mafsil.collision.each_distance import each_distance
+from mafsil.collision.checker import each_distance
 from mafsil.errors import InputError
 from mafsil.figures import plot_potential
 from mafsil.planning import PotentialField, disc_distance

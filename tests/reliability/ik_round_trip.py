@@ -23,7 +23,7 @@ import numpy as np
 
 import mafsil as mf
 from mafsil.ik import inverse_kinematics
-from mafsil.ik.moving_part import moving_part
+from mafsil.ik.chain import moving_part
 from mafsil.ik.result import IKStatus
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.library import robots

@@ -76,7 +76,7 @@ except Exception as error:
 
 def test_public_functions_are_themselves_wherever_they_are_found():
     asked = trajectory.jerk_limited
-    from mafsil.trajectory.jerk.state_to_state import jerk_limited
+    from mafsil.trajectory.jerk.via_points import jerk_limited
 
     assert asked is jerk_limited
     assert trajectory.jerk.jerk_limited is jerk_limited

@@ -23,7 +23,7 @@ from mafsil.trajectory import (
     prove,
     quintic,
 )
-from mafsil.trajectory.status import ProofStatus
+from mafsil.trajectory.motion import ProofStatus
 from tests.sizes import few
 
 RNG = np.random.default_rng(11)

@@ -9,8 +9,8 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.trajectory import Trajectory, cartesian_line, check
+from mafsil.trajectory.motion import PlanStatus
 from mafsil.trajectory.paths import CartesianPath
-from mafsil.trajectory.status import PlanStatus
 
 Q = np.array([0.1, -0.5, 0.2, -2.0, 0.1, 1.6, 0.7])
 

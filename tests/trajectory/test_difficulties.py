@@ -17,7 +17,7 @@ from mafsil.model.library.textbook import planar2r
 from mafsil.trajectory import diagnose_path, joined_path, line_path, reachability
 from mafsil.trajectory.difficulties import BranchChange, FastStretch, UnreachableStretch
 from mafsil.trajectory.difficulties.diagnosis import PathStatus
-from mafsil.trajectory.difficulties.reachability import PathReachStatus
+from mafsil.trajectory.difficulties.ladder import PathReachStatus
 from tests.sizes import size
 
 UR5E_START = np.array([0.3, -1.2, 1.2, 0.4, 1.0, 0.2])

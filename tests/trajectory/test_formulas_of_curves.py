@@ -20,7 +20,7 @@ from mafsil.trajectory import (
     trapezoid,
     via_rates,
 )
-from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.motion import PlanStatus
 from mafsil.trajectory.timing import generator
 
 

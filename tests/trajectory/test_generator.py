@@ -17,10 +17,10 @@ from mafsil.trajectory import (
     linear_blends,
     quintic,
 )
+from mafsil.trajectory.motion import TickStatus
 from mafsil.trajectory.paths import CartesianPath
 from mafsil.trajectory.paths.routes import TipMotion
 from mafsil.trajectory.profiles import LAWS
-from mafsil.trajectory.status import TickStatus
 
 POINTS, H = np.random.default_rng(2).normal(size=(5, 3)), [1.0, 0.5, 0.7, 1.1]
 

@@ -17,8 +17,8 @@ from mafsil.trajectory import (
     straight_lines,
     trapezoid,
 )
+from mafsil.trajectory.motion import LimitStatus, ProofStatus
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
-from mafsil.trajectory.status import LimitStatus, ProofStatus
 from tests.reliability import planted_jumps
 from tests.sizes import size
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.trajectory import MotionLimits, Trajectory, check, linear_blends
+from mafsil.trajectory.motion import BlendStatus
 from mafsil.trajectory.splines import BLENDS, first_leg, interior_blend, last_leg, single_leg
-from mafsil.trajectory.status import BlendStatus
 
 values = st.floats(-10.0, 10.0).map(lambda x: round(x, 3))
 paths = st.integers(2, 6).flatmap(

@@ -8,7 +8,7 @@ from mafsil.geometry import pose, rotation
 from mafsil.model import JointLimits
 from mafsil.trajectory import PathMotion, follow, quintic, trapezoid
 from mafsil.trajectory.paths import CartesianPath
-from mafsil.trajectory.paths.path_task import path_equations, path_error, path_rates
+from mafsil.trajectory.paths.pose_path import path_equations, path_error, path_rates
 from mafsil.trajectory.profiles.polynomial import quintic_coefficients
 from mafsil.trajectory.splines import PiecewisePolynomial
 from mafsil.trajectory.timing.path_timing import dilate_time, slowest

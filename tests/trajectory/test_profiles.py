@@ -21,10 +21,10 @@ from mafsil.trajectory import (
     synchronise_axes,
     time_law,
 )
+from mafsil.trajectory.motion import PlanStatus
 from mafsil.trajectory.profiles import LAWS, SideBySide, profiles
 from mafsil.trajectory.profiles.laws import rest_law
 from mafsil.trajectory.profiles.shaped_law import ExponentialApproach
-from mafsil.trajectory.status import PlanStatus
 
 ORDERS = {
     "cubic": 1,

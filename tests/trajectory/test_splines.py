@@ -11,7 +11,7 @@ from scipy.interpolate import BPoly, CubicSpline
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.trajectory import continuity, cubic, cubic_through, polynomial, quintic, septic, via_rates
-from mafsil.trajectory.status import ViaRateStatus
+from mafsil.trajectory.motion import ViaRateStatus
 
 RNG = np.random.default_rng(7)
 

@@ -11,7 +11,7 @@ from mafsil.arrays import SMALLEST
 from mafsil.errors import InputError
 from mafsil.model import JointLimits
 from mafsil.trajectory import check, trapezoid
-from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.motion import PlanStatus
 
 limits = st.lists(st.floats(0.1, 10.0), min_size=3, max_size=3).map(np.array)
 # Zero and tiny distances are the seams of the blend formula.

@@ -24,7 +24,7 @@ from mafsil.robot import Robot, load
 from mafsil.simulation.recording import SimulationStatus
 from mafsil.trajectory import MotionLimits, check, compare_profiles, export, read_trajectory, suggest_fixes
 from mafsil.trajectory.files import TrajectoryFile
-from mafsil.trajectory.files.csv_file import is_recording, joint_names
+from mafsil.trajectory.files.exporting import is_recording, joint_names
 from mafsil.trajectory.motion import overview
 from mafsil.trajectory.splines import PiecewisePolynomial
 

@@ -15,7 +15,7 @@ from mafsil.cli.table import brief, table
 from mafsil.messages import say
 from mafsil.performance import workspace_map
 from mafsil.performance.workspace import WorkspaceMap
-from mafsil.performance.workspace.maps import View
+from mafsil.performance.workspace.workspace_answers import View
 from mafsil.robot import Robot, load
 
 SAMPLES = 300_000

@@ -1,8 +1,8 @@
 from mafsil.collision.arms import ArmMount as ArmMount
+from mafsil.collision.arms import MovableArm as MovableArm
 from mafsil.collision.arms import MultiArmCell as MultiArmCell
 from mafsil.collision.checker import Checker as Checker
 from mafsil.collision.checker import PathCheck as PathCheck
-from mafsil.collision.movable import MovableArm as MovableArm
 from mafsil.collision.pairs import SkippedPair as SkippedPair
 from mafsil.collision.pairs import SkipReason as SkipReason
 from mafsil.collision.scene import Obstacle as Obstacle

@@ -1,4 +1,4 @@
-"""Several arms in one scene: a checker of all their coordinates at once, arm against arm, each against the rest."""
+"""Checkers of more coordinates: several arms in one scene, and an arm whose base may stand anywhere."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch, not_negative
+from mafsil.arrays import Floats, JointVector, Truth, as_batch, not_negative
 from mafsil.collision.checker import Checker
 from mafsil.collision.joints import joints_of
 from mafsil.collision.pairs import Body, SkipReason
@@ -20,7 +20,7 @@ from mafsil.errors import InputError
 from mafsil.fields import check_fields, or_none
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
-from mafsil.model.mounting import mounted_together
+from mafsil.model.mounting import PLACES, mounted_together, on_movable_base
 from mafsil.robot import Robot, as_open_tree
 
 if TYPE_CHECKING:
@@ -247,3 +247,56 @@ def _alone(arm: ArmMount, scene: Scene, clearances: tuple[float, float | None], 
         mechanism, scene, attached=arm.attached, clearance=clearances[0], self_clearance=clearances[1], srdf=arm.srdf,
         skip=arm.skip, self_collision=arm.self_collision, radius=arm.radius, samples=samples, seed=seed,
     )  # fmt: skip
+
+
+class MovableArm(Checker):
+    """The checker of an arm with coordinates (x, y, z, yaw, q): answers are those of the arm with its base there.
+
+    What no joint of the arm moves, such as its base, is not checked against the scene here, as with any arm;
+    `base_is_free` does that.
+
+    Args:
+        arm: the checker of the arm, with all its settings.
+        scene: what stands around, in {s}.
+    """
+
+    def __init__(self, arm: Checker, scene: Scene) -> None:
+        self.scene, self.clearance, self.samples, self.seed = scene, arm.clearance, arm.samples, arm.seed
+        self._self_clearance = arm._self_clearance
+        self.robot = as_open_tree(on_movable_base(arm.robot.mechanism))
+        self.bodies = tuple(replace(body, link=body.link + len(PLACES)) for body in arm.bodies)
+        self._still, self._skipped, self._self_collision = arm._still, arm._unchecked(), True
+        self._joints = joints_of(self.robot.mechanism)
+        self._workshops, self._arm = {}, arm
+
+    def _near(self, distance: float) -> dict[tuple[int, int], float]:
+        return self._arm._near(distance)
+
+    @cached_property
+    def _base(self) -> Checker:
+        still = [tuple(not each for each in row) for row in self._still]
+        return self._with_arm(layout.arm_of(self.bodies, [], still))
+
+    def base_is_free(self, bases: ArrayLike, stands_on: Iterable[str] = ()) -> Truth:
+        """Whether what no joint moves keeps more than the clearance.
+
+        Args:
+            bases: (*batch, 4) x, y, z [m], yaw [rad] of the base.
+            stands_on: names of obstacles that it may touch.
+
+        Raises:
+            InputError: a wrong shape, or no such obstacle.
+        """
+        rows = as_batch("bases", bases, (len(PLACES),), finite=True)
+        allowed = tuple(stands_on)
+        for name in allowed:
+            self.scene.index(name)
+        around = Scene(each for each in self.scene if each.name not in allowed)
+        return self._base.with_scene(around).free(self.join(rows, np.zeros(self.robot.n - len(PLACES))))
+
+    def join(self, bases: ArrayLike, q: ArrayLike) -> JointVector:
+        """(*batch, 4 + n) coordinates of bases (*batch, 4) and of the arm (*batch, n); the batches broadcast."""
+        a, b = np.asarray(bases, dtype=np.float64), np.asarray(q, dtype=np.float64)
+        batch = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
+        parts = [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (a, b)]
+        return np.concatenate(parts, axis=-1)

@@ -343,3 +343,30 @@ def path_points(n: int, q_a: ArrayLike, q_b: ArrayLike | None) -> Floats:
         if end.ndim != 1:
             raise InputError("input.shape", name=name, expected=(n,), got=end.shape, hint="")
     return np.stack(ends)
+
+
+def each_distance(checker: Checker, q: ArrayLike, within: float) -> tuple[Floats, Floats]:
+    """What the arm keeps, body by body and pair by pair, and how that changes with the coordinates.
+
+    Args:
+        checker: the arm in its scene.
+        q: (*batch, n) joint coordinates [rad | m].
+        within: distances beyond it count as infinite [m].
+
+    Returns:
+        (*batch, bodies + pairs) distances [m], less than zero where something meets; (*batch, bodies + pairs, n) their
+        gradients, zero beyond `within`.
+    """
+    n, arm, around = checker.robot.n, checker.arm, checker.scene.surroundings
+    array = as_batch("q", q, (n,), finite=True)
+    rows, batch = np.ascontiguousarray(array).reshape(-1, n), array.shape[:-1]
+    items = len(arm.bodies) + len(arm.pairs)
+    out, who = np.empty((len(rows), items, 10)), np.empty((len(rows), items, 2), np.int64)
+    gradient = np.zeros((len(rows), items, n))
+    for begin, poses in layout.poses_in_parts(checker.robot, rows):
+        part = slice(begin, begin + len(poses))
+        distance_loops.each_distance(arm, poses, around, float(within), out[part], who[part])
+        of_items = np.repeat(poses, items, axis=0)
+        found, rates = (x[part].reshape(-1, x.shape[2]) for x in (out, gradient))
+        distance_loops.gradients(checker.laid.motion, of_items, found, who[part].reshape(-1, 2), rates)
+    return out[:, :, 0].reshape(*batch, items), gradient.reshape(*batch, items, n)

@@ -1,4 +1,4 @@
-"""How near two bodies can be at some joint angles, looked up: for pairs that only two coordinates move to each other.
+"""Pairs of bodies, compiled: how near they can be at some joint angles, looked up, and how often they meet in samples.
 
 Hand and forearm are near each other always, and meet nearly never: balls around them say nothing, and their pieces take
 longer than all the surroundings. What two coordinates decide is known before: over the cells of a grid of both, a lower
@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import Arm, gap_between, place_bodies, scratch_for
+from mafsil.collision.arm_loops import Arm, gap_between, just_above, place_bodies, scratch_for
 from mafsil.kernels.loops.lanes import looked_up, magnitude, rounded_down, seen, where
 from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
     from mafsil.kernels.loops.lanes import Buffer, Lanes
+
 
 SIDE = 64
 """Cells along each coordinate."""
@@ -103,3 +104,35 @@ def lower_clearances(arm: Arm, poses: Floats, pairs: NDArray[np.int64], out: Flo
         for k in range(len(pairs)):
             a, b = arm.pairs[pairs[k], 0], arm.pairs[pairs[k], 1]
             out[r, k] = gap_between(arm, a, b, poses[r], out[r, k], 0.0, s)
+
+
+@compiled
+def count_meetings(arm: Arm, poses: Floats, counts: NDArray[np.int64]) -> None:
+    """Add to `counts` (m,), for each pair of the arm, the states in which it meets.
+
+    Args:
+        poses: (k, L, 4, 4) of the links.
+        counts: of each pair.
+    """
+    s, least = scratch_for(arm), just_above(0.0)
+    for r in range(len(poses)):
+        place_bodies(arm, poses[r], s)
+        for k in range(len(arm.pairs)):
+            if gap_between(arm, arm.pairs[k, 0], arm.pairs[k, 1], poses[r], least, 0.0, s) <= 0.0:
+                counts[k] += 1
+
+
+@compiled
+def measure_gaps(arm: Arm, poses: Floats, most: float, gaps: Floats) -> None:
+    """Distances of the pairs of an arm in some states; zero where they meet.
+
+    Args:
+        poses: (k, L, 4, 4) of the links.
+        most: larger distances count as this one [m].
+        gaps: (k, m) of each pair.
+    """
+    s = scratch_for(arm)
+    for r in range(len(poses)):
+        place_bodies(arm, poses[r], s)
+        for k in range(len(arm.pairs)):
+            gaps[r, k] = max(gap_between(arm, arm.pairs[k, 0], arm.pairs[k, 1], poses[r], most, 0.0, s), 0.0)

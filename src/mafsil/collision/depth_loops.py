@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.collision.support_loops import corner
+from mafsil.collision.piece_loops import corner
 from mafsil.kernels.loops.loop import compiled
 
 MOST_CORNERS = 160

@@ -1,29 +1,50 @@
-"""Distances of an arm, compiled: the nearest pair of each state with its points, every pair of one that meets."""
+"""Distances of an arm, compiled: the nearest pair of each state, every pair that meets, every body; lower bounds first.
+
+Bodies by the balls around them and the boxes around what is near them, pairs by their balls and by their tables.
+"""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import (
-    Arm,
-    Scratch,
-    gap_around,
-    gap_between,
-    just_above,
-    place_bodies,
-    scratch_for,
-)
-from mafsil.collision.lower_bound_loops import place_lower_bounds
+from mafsil.collision.arm_loops import Arm, Scratch, gap_around, gap_between, just_above, place_bodies, scratch_for
+from mafsil.collision.clearance_loops import clearance, place_cells
 from mafsil.collision.pair_loops import ROW, separation
-from mafsil.collision.speed_loops import Motion
-from mafsil.collision.support_loops import body_of, product
-from mafsil.collision.tree_loops import Surroundings
-from mafsil.collision.workshop_loops import FROM_ITSELF, FROM_SURROUNDINGS, Workshop, World, pose_lanes_of
+from mafsil.collision.piece_loops import Surroundings, body_of, product
+from mafsil.collision.placing_loops import Motion, without_pieces
+from mafsil.collision.workshop_loops import (
+    AT_ONCE,
+    FROM_ITSELF,
+    FROM_SURROUNDINGS,
+    Bench,
+    Workshop,
+    World,
+    pose_lanes_of,
+)
 from mafsil.kernels.loops.entry import Held, open_held
-from mafsil.kernels.loops.lanes import WIDTH, get, in_lanes, put, seen
+from mafsil.kernels.loops.lanes import (
+    WIDTH,
+    get,
+    in_lanes,
+    lanes,
+    larger,
+    magnitude,
+    part,
+    put,
+    seen,
+    smaller,
+    square_root,
+    where,
+)
 from mafsil.kernels.loops.loop import compiled, inlined
+
+if TYPE_CHECKING:
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
+
 
 SLACK = 1e-8
 """How much the bounds of a distance may be apart at most [m]."""
@@ -253,3 +274,110 @@ def contacts(
             out[count], who[count, 0], who[count, 1] = row, a, -1 - b
             count += 1
     return count
+
+
+@compiled
+def each_distance(
+    arm: Arm, poses: Floats, around: Surroundings, cutoff: float, out: Floats, who: NDArray[np.int64]
+) -> None:  # fmt: skip
+    """Separations of bodies from the surroundings, then of pairs of bodies, at m states.
+
+    1. The pieces that are nearest, if they are nearer than the cutoff.
+    2. Points and normal between them.
+
+    Args:
+        poses: (m, L, 4, 4).
+        cutoff: distances beyond it do not matter.
+        out: (m, bodies + pairs, ROW) out; distance infinite beyond the cutoff.
+        who: (m, bodies + pairs, 2) out: a body and 0, or two bodies of which the second is written as -1 - body.
+    """
+    s, A, B, bodies = scratch_for(arm), arm.pieces, around.pieces, len(arm.bodies)
+    P, Q = s.W[24:27], s.W[28:31]
+    for r in range(len(poses)):
+        place_bodies(arm, poses[r], s)
+        for k in range(bodies + len(arm.pairs)):
+            row, a, b = out[r, k], k, -1
+            row[:], row[0] = 0.0, np.inf
+            if k < bodies:  # 1
+                gap = gap_around(arm, a, poses[r], around, cutoff, -np.inf, s)
+            else:
+                a, b = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
+                gap = gap_between(arm, a, b, poses[r], cutoff, -np.inf, s)
+            who[r, k, 0], who[r, k, 1] = a, -1 - b if b >= 0 else 0
+            if not gap < cutoff:
+                continue
+            i, j = s.nearest[0], s.nearest[1]
+            product(poses[r, int(arm.bodies[a, 0])], A.T[i], P)  # 2
+            if b < 0:
+                separation(A, i, P, B, j, B.T[j], gap + SLACK, True, s.W, row)
+            else:
+                product(poses[r, int(arm.bodies[b, 0])], A.T[j], Q)
+                separation(A, i, P, A, j, Q, gap + SLACK, True, s.W, row)
+
+
+@inlined
+def _of_body(world: World, b: int, cutoff: float, ball: Buffer) -> Lanes:
+    """How near body b may be to the surroundings at least; infinite where it is beyond the cutoff at any state.
+
+    1. Of few pieces each box: outside of it the distance, inside minus that to its nearest side.
+    2. Of many the root of the tree, which does not know half spaces.
+    """
+    around, radius, square, least = world.around, world.arm.bodies[b, 7], lanes(np.inf), lanes(np.inf)
+    few = len(around.boxes) <= AT_ONCE
+    for j in range(len(around.boxes) if few else 1):
+        if few and world.few.apart[b, j] >= cutoff:
+            continue
+        if j < around.planes:
+            if not few:
+                return lanes(-np.inf)
+            T = around.pieces.T[j]
+            along = (ball[0] - T[0, 3]) * T[0, 2] + (ball[1] - T[1, 3]) * T[1, 2] + (ball[2] - T[2, 3]) * T[2, 2]
+            least = smaller(along, least)
+            continue
+        away, inside = lanes(0.0), lanes(-np.inf)
+        for r in range(3):
+            if few:
+                over = magnitude(ball[r] - around.boxes[j, r]) - around.boxes[j, 3 + r]  # 1
+            else:
+                over = larger(around.nodes[0, r] - ball[r], ball[r] - around.nodes[0, 3 + r])  # 2
+            inside = larger(over, inside)
+            over = larger(over, 0.0)
+            away = away + over * over
+        square = smaller(away, square)
+        least = where(inside < 0.0, smaller(inside, least), least)
+    return smaller(square_root(square), least) - radius
+
+
+@inlined
+def _of_pair(world: World, k: int, bench: Bench) -> Lanes:
+    balls, bodies, known = seen(bench.s.balls), world.arm.bodies, world.known
+    a, b, t = world.arm.pairs[k, 0], world.arm.pairs[k, 1], known.table[k]
+    p, q, square = part(balls, 3 * a), part(balls, 3 * b), lanes(0.0)
+    for r in range(3):
+        square = square + (p[r] - q[r]) * (p[r] - q[r])
+    away = square_root(square) - (bodies[a, 7] + bodies[b, 7])
+    if t < 0:
+        return away
+    by_table = clearance(known, k, part(seen(bench.cells), t))
+    return where(by_table > 0.0, larger(by_table, away), away)  # It knows no depths of bodies that meet.
+
+
+@inlined
+def place_lower_bounds(world: World, cutoff: float, bench: Bench, lower: Floats) -> None:
+    """Lower bounds of the distances of bodies to the surroundings, then of pairs.
+
+    Args:
+        cutoff: distances beyond it do not matter.
+        bench: poses in lanes went before.
+        lower: (bodies + pairs) lanes out.
+    """
+    arm, out = world.arm, seen(lower)
+    without_pieces(bench.s)
+    place_cells(world.known, world.kinematics.q_lanes, bench.cells)
+    for b in range(len(arm.bodies)):
+        if len(world.around.boxes) == 0 or arm.bodies[b, 3] == arm.bodies[b, 1]:
+            out[b] = np.inf
+        else:
+            out[b] = _of_body(world, b, cutoff, part(seen(bench.s.balls), 3 * b))
+    for k in range(len(arm.pairs)):
+        out[len(arm.bodies) + k] = _of_pair(world, k, bench)

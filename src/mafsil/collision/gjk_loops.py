@@ -8,10 +8,11 @@
 5. A tetrahedron so flat that rounding decides its sides may seem to hold an origin that 2 has proved to be outside, or
    lose its nearest face: then all faces are looked at.
 
-Reference:
+References:
     E. Gilbert, D. Johnson, S. Keerthi, A fast procedure for computing the distance between complex objects in
     three-dimensional space, IEEE J. Robotics and Automation 4(2), 1988.
     G. van den Bergen, Collision Detection in Interactive 3D Environments, 2003, ch. 4.
+    C. Ericson, Real-Time Collision Detection, 2005, sec. 5.1: the point of a simplex nearest to the origin.
 """
 
 from __future__ import annotations
@@ -19,8 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.collision.simplex_loops import nearest_on_faces, nearest_on_simplex
-from mafsil.collision.support_loops import corner
+from mafsil.collision.piece_loops import corner
 from mafsil.kernels.loops.loop import compiled
 
 STEPS = 200
@@ -98,3 +98,129 @@ def core_distance(
         if square <= CONTACT * CONTACT * largest:
             return 0.0, 0.0, count
     return max(lower, 0.0), upper, count
+
+
+@compiled
+def _dot(a: Floats, b: Floats) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@compiled
+def nearest_on_segment(a: Floats, b: Floats, weights: Floats) -> float:
+    """Square of the distance from the origin to the segment ab; weights (2,) out: of the nearest point."""
+    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    square = ux * ux + uy * uy + uz * uz
+    t = -(a[0] * ux + a[1] * uy + a[2] * uz) / square if square > 0.0 else 0.0
+    t = min(1.0, max(0.0, t))
+    weights[0], weights[1] = 1.0 - t, t
+    x, y, z = a[0] + t * ux, a[1] + t * uy, a[2] + t * uz
+    return x * x + y * y + z * z
+
+
+@compiled
+def nearest_on_triangle(a: Floats, b: Floats, c: Floats, weights: Floats, edge: Floats) -> float:
+    """Square of the distance from the origin to the triangle abc.
+
+    1. The foot of the origin on the triangle's plane, by its areas; if it lies inside, that is the point.
+    2. Else the nearest of the points nearest on the three edges.
+
+    Args:
+        a, b, c: (3,) corners.
+        weights: (3,) out: of the nearest point.
+        edge: (2,) to work in.
+    """
+    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    square = nx * nx + ny * ny + nz * nz
+    if square > 0.0:  # 1
+        wa = nx * (b[1] * c[2] - b[2] * c[1]) + ny * (b[2] * c[0] - b[0] * c[2]) + nz * (b[0] * c[1] - b[1] * c[0])
+        wb = nx * (c[1] * a[2] - c[2] * a[1]) + ny * (c[2] * a[0] - c[0] * a[2]) + nz * (c[0] * a[1] - c[1] * a[0])
+        wc = nx * (a[1] * b[2] - a[2] * b[1]) + ny * (a[2] * b[0] - a[0] * b[2]) + nz * (a[0] * b[1] - a[1] * b[0])
+        if wa >= 0.0 and wb >= 0.0 and wc >= 0.0:
+            total = wa + wb + wc
+            weights[0], weights[1], weights[2] = wa / total, wb / total, wc / total
+            height = a[0] * nx + a[1] * ny + a[2] * nz
+            return height * height / square
+    best = nearest_on_segment(a, b, edge)  # 2
+    weights[0], weights[1], weights[2] = edge[0], edge[1], 0.0
+    found = nearest_on_segment(b, c, edge)
+    if found < best:
+        best = found
+        weights[0], weights[1], weights[2] = 0.0, edge[0], edge[1]
+    found = nearest_on_segment(c, a, edge)
+    if found < best:
+        best = found
+        weights[0], weights[1], weights[2] = edge[1], 0.0, edge[0]
+    return best
+
+
+@compiled
+def _side(a: Floats, b: Floats, c: Floats, p: Floats) -> float:
+    """Six times the signed volume of the tetrahedron a, b, c, p."""
+    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    x, y, z = p[0] - a[0], p[1] - a[1], p[2] - a[2]
+    return x * (uy * vz - uz * vy) + y * (uz * vx - ux * vz) + z * (ux * vy - uy * vx)
+
+
+@compiled
+def nearest_on_tetrahedron(S: Floats, weights: Floats, face: Floats, edge: Floats, origin: Floats) -> float:
+    """Square of the distance from the origin to a tetrahedron; 0 if it holds the origin.
+
+    1. A face that parts the origin from the fourth corner, or lies in one plane with it, may carry the point.
+    2. Of those faces the nearest one has it; without any, the origin is inside.
+
+    Args:
+        S: (4, 3 or more) corners.
+        weights: (4,) out: of the nearest point.
+        face, edge: (3,), (2,) to work in.
+        origin: (3,) zeros.
+    """
+    best = np.inf
+    for k in range(4):
+        i, j, m = (k + 1) % 4, (k + 2) % 4, (k + 3) % 4
+        if _side(S[i], S[j], S[m], S[k]) * _side(S[i], S[j], S[m], origin) > 0.0:  # 1
+            continue
+        found = nearest_on_triangle(S[i], S[j], S[m], face, edge)
+        if found < best:  # 2
+            best = found
+            weights[k], weights[i], weights[j], weights[m] = 0.0, face[0], face[1], face[2]
+    if best == np.inf:
+        for k in range(4):
+            weights[k] = 0.25
+        return 0.0
+    return best
+
+
+@compiled
+def nearest_on_faces(S: Floats, weights: Floats, face: Floats, edge: Floats) -> float:
+    """As `nearest_on_tetrahedron` where the origin is known to be outside: however flat, the nearest face has it."""
+    best = np.inf
+    for k in range(4):
+        i, j, m = (k + 1) % 4, (k + 2) % 4, (k + 3) % 4
+        found = nearest_on_triangle(S[i], S[j], S[m], face, edge)
+        if found < best:
+            best = found
+            weights[k], weights[i], weights[j], weights[m] = 0.0, face[0], face[1], face[2]
+    return best
+
+
+@compiled
+def nearest_on_simplex(S: Floats, count: int, weights: Floats, W: Floats) -> float:
+    """Square of the distance from the origin to the simplex of the first `count` rows of S.
+
+    Args:
+        S: (4, 3 or more) corners.
+        count: 1 to 4.
+        weights: (4,) out: of the nearest point.
+        W: (3, 4) to work in; its last row is zero.
+    """
+    if count == 1:
+        weights[0] = 1.0
+        return _dot(S[0], S[0])
+    if count == 2:
+        return nearest_on_segment(S[0], S[1], weights)
+    if count == 3:
+        return nearest_on_triangle(S[0], S[1], S[2], weights, W[1])
+    return nearest_on_tetrahedron(S, weights, W[0], W[1], W[2])

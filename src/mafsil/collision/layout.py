@@ -15,17 +15,15 @@ import numpy as np
 from mafsil.arrays import Floats, Truth
 from mafsil.code_store import digest_of
 from mafsil.collision import clearance_tables
-from mafsil.collision.arm_kernels import CENTRE, POSE, SOURCES, TWIST, ArmKernels, arm_kernels
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import Clearances
-from mafsil.collision.joints import Joints, last_of
+from mafsil.collision.clearance_tables import Regions
+from mafsil.collision.joints import CENTRE, POSE, SOURCES, TWIST, ArmKernels, Joints, arm_kernels, last_of
 from mafsil.collision.pairs import Body
+from mafsil.collision.piece_loops import BALL, BODY, POINT, Pieces, boxes_of
 from mafsil.collision.pieces import pieces_of
-from mafsil.collision.regions import Regions
+from mafsil.collision.placing_loops import Motion
 from mafsil.collision.scene import Scene
-from mafsil.collision.speed_loops import Motion
-from mafsil.collision.support_loops import BALL, BODY, POINT, Pieces
-from mafsil.collision.tree_loops import boxes_of
 from mafsil.collision.workshop_loops import (
     STATES,
     Bench,

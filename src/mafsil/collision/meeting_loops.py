@@ -20,12 +20,23 @@ from typing import TYPE_CHECKING
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import FEW
 from mafsil.collision.clearance_loops import clearance, place_cells
-from mafsil.collision.one_lane_loops import around_by_lanes, itself_by_lanes
-from mafsil.collision.placing_loops import ALL, LaneScratch, place_pieces_in_lanes, without_pieces
-from mafsil.collision.reach_loops import balls_meet, beyond, lane_by_lane, within_reach
-from mafsil.collision.speed_loops import ROUNDING, way_of_ball
-from mafsil.collision.support_loops import BALL, CONE, HULL, POINT
-from mafsil.collision.tree_loops import DEPTH, Surroundings
+from mafsil.collision.one_lane_loops import (
+    around_by_lanes,
+    balls_meet,
+    beyond,
+    itself_by_lanes,
+    lane_by_lane,
+    within_reach,
+)
+from mafsil.collision.piece_loops import BALL, CONE, DEPTH, HULL, POINT, Surroundings
+from mafsil.collision.placing_loops import (
+    ALL,
+    ROUNDING,
+    LaneScratch,
+    place_pieces_in_lanes,
+    way_of_ball,
+    without_pieces,
+)
 from mafsil.collision.workshop_loops import (
     AT_ONCE,
     FROM_ITSELF,

@@ -1,4 +1,4 @@
-"""Whether a body meets something in one of eight states, compiled: eight of its pieces side by side.
+"""Whether a body meets something in one of eight states, compiled: what is within reach, eight of its pieces at once.
 
 Where few of the states bring a body near something, its pieces in all of them are mostly asked in vain. Here the lanes
 are pieces: the balls of a body stand in groups of eight in the frame of its link, to be placed together.
@@ -13,10 +13,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mafsil.collision.arm_loops import just_above
+from mafsil.collision.pair_loops import separation
+from mafsil.collision.piece_loops import BALL, CONE, CYLINDER, DEPTH, HULL, PLANE, POINT, SEGMENT, Pieces, product
 from mafsil.collision.placing_loops import LaneScratch, pose_in_lanes
-from mafsil.collision.reach_loops import MEETS, exact_answer, in_lane, within_reach
-from mafsil.collision.support_loops import CONE, HULL
-from mafsil.collision.tree_loops import DEPTH
 from mafsil.collision.workshop_loops import (
     AROUND,
     BALLS,
@@ -29,11 +29,15 @@ from mafsil.collision.workshop_loops import (
     piece_count,
 )
 from mafsil.kernels.loops.entry import Held, open_held
-from mafsil.kernels.loops.lanes import WIDTH, buffer, get, lane_bits, part, seen
+from mafsil.kernels.loops.lanes import WIDTH, buffer, get, lane_bits, larger, magnitude, part, seen, square_root
 from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
     from mafsil.kernels.loops.lanes import Buffer, Lanes, Mask
+
+
+NEAR, MEETS = 1, 3
+"""Within clearance + M; within the clearance, which is near too."""
 
 
 @inlined
@@ -147,4 +151,94 @@ def itself_by_lanes(shop: Held[Workshop], k: int, wanted: int) -> int:
     for lane in range(WIDTH):
         if (wanted >> lane) & 1 and _meets_itself(shop, a, b, FROM_ITSELF + k, lane):
             found |= in_lane(MEETS, lane)
+    return found
+
+
+@inlined
+def in_lane(answer: int, lane: int) -> int:
+    """NEAR or MEETS as bits of a lane: bit l for near, bit 8 + l for meets."""
+    return ((answer & 1) | (answer >> 1) << WIDTH) << lane
+
+
+@inlined
+def beyond(x: Lanes) -> Lanes:
+    """What of a number is above zero."""
+    return larger(x, 0.0)
+
+
+@inlined
+def within_reach(B: Pieces, j: int, ball: Buffer, reach: Lanes) -> Mask:
+    """Where a point is within reach (>= 0) of piece j; of cones and hulls, of the ball around them."""
+    row, x, y, z = B.rows[j], ball[0], ball[1], ball[2]
+    kind = int(row[0])
+    if kind in (HULL, CONE):
+        x, y, z, reach = x - row[BALL], y - row[BALL + 1], z - row[BALL + 2], reach + row[BALL + 3]
+        return x * x + y * y + z * z <= reach * reach
+    T = B.T[j]
+    x, y, z = x - T[0, 3], y - T[1, 3], z - T[2, 3]
+    if kind == POINT:
+        reach = reach + row[4]
+        return x * x + y * y + z * z <= reach * reach
+    along = x * T[0, 2] + y * T[1, 2] + z * T[2, 2]
+    if kind == PLANE:
+        return along <= reach
+    over = beyond(magnitude(along) - row[3])
+    if kind == SEGMENT:
+        reach = reach + row[4]
+        return (x * x + y * y + z * z) - along * along + over * over <= reach * reach
+    if kind == CYLINDER:
+        out = beyond(square_root(beyond(x * x + y * y + z * z - along * along)) - row[1])
+        return out * out + over * over <= reach * reach
+    u = beyond(magnitude(x * T[0, 0] + y * T[1, 0] + z * T[2, 0]) - row[1])
+    v = beyond(magnitude(x * T[0, 1] + y * T[1, 1] + z * T[2, 1]) - row[2])
+    return u * u + v * v + over * over <= reach * reach
+
+
+@inlined
+def balls_meet(a: Buffer, b: Buffer, reach: Lanes) -> Mask:
+    """Where two points are within reach of each other."""
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return x * x + y * y + z * z <= reach * reach
+
+
+@inlined
+def _pose_of_lane(s: LaneScratch, link: int, lane: int) -> None:
+    T, row = pose_in_lanes(s, link), s.row_of_link[link]
+    for r in range(3):
+        for c in range(4):
+            s.T[row, r, c] = get(T, 4 * r + c, lane)
+
+
+@compiled
+def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, keep: int, M: float, lane: int) -> int:
+    """NEAR, MEETS or 0, by `separation`, of piece i of the arm and piece j of the arm or of the surroundings.
+
+    Args:
+        p, q: the links that carry them; q = -1 for the surroundings.
+        keep: place of the clearance in `World.clearance`.
+        M: beyond the clearance [m], of that lane.
+    """
+    world, bench = open_held(shop)
+    A, s, clearance = world.arm.pieces, bench.s, world.clearance[keep]
+    B = A if q >= 0 else world.around.pieces
+    P, Q, further = s.one.W[24:27], s.one.W[28:31], just_above(clearance) + M
+    _pose_of_lane(s, p, lane)
+    product(s.T[s.row_of_link[p]], A.T[i], P)
+    if q >= 0:
+        _pose_of_lane(s, q, lane)
+        product(s.T[s.row_of_link[q]], B.T[j], Q)
+    gap = separation(A, i, P, B, j, Q if q >= 0 else B.T[j], further, False, s.one.W, s.one.W[32])
+    if gap <= clearance:
+        return MEETS
+    return NEAR if gap < further else 0
+
+
+@compiled
+def lane_by_lane(shop: Held[Workshop], i: int, p: int, j: int, q: int, keep: int, M: Lanes, bits: int) -> int:
+    """Bits of what `exact_answer` says in some lanes."""
+    found, per_lane = 0, buffer(1)
+    per_lane[0] = M
+    for lane in range(WIDTH):
+        if (bits >> lane) & 1:
+            found |= in_lane(exact_answer(shop, i, p, j, q, keep, get(per_lane, 0, lane), lane), lane)
     return found

@@ -15,7 +15,7 @@ from mafsil.arrays import Floats
 from mafsil.collision import depth_loops
 from mafsil.collision.depth_loops import box_depth, grown_depth
 from mafsil.collision.gjk_loops import core_distance
-from mafsil.collision.support_loops import Pieces, furthest, relative
+from mafsil.collision.piece_loops import Pieces, furthest, relative
 from mafsil.kernels.loops.loop import compiled
 
 CLEAR = 0.1

@@ -10,16 +10,7 @@ from math import hypot, inf
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix
-from mafsil.collision.shapes import (
-    Cone,
-    ConvexHull,
-    Geometry,
-    HeightMap,
-    Plane,
-    PointCloud,
-    TriangleMesh,
-)
-from mafsil.collision.support_loops import (
+from mafsil.collision.piece_loops import (
     BALL,
     BODY,
     BOX,
@@ -36,6 +27,15 @@ from mafsil.collision.support_loops import (
     SEGMENT,
     SIZE,
     Pieces,
+)
+from mafsil.collision.shapes import (
+    Cone,
+    ConvexHull,
+    Geometry,
+    HeightMap,
+    Plane,
+    PointCloud,
+    TriangleMesh,
 )
 from mafsil.errors import InputError
 from mafsil.model.link import Box, Capsule, Cylinder, Mesh, Sphere

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Truth
-from mafsil.collision import layout, pair_counts_loops
+from mafsil.collision import clearance_loops, layout
 from mafsil.collision.pairs import Body, SkippedPair, SkipReason, joined_by_hinges
 from mafsil.messages import say
 from mafsil.robot import Robot
@@ -68,7 +68,7 @@ def meetings(
     if pairs:
         arm = layout.arm_of(bodies, pairs)
         for _, poses in layout.poses_in_parts(robot, q):
-            pair_counts_loops.count_meetings(arm, poses, counts)
+            clearance_loops.count_meetings(arm, poses, counts)
     return counts
 
 
@@ -90,7 +90,7 @@ def kept_by_pairs(
         return kept
     gaps, arm = np.empty((len(q), len(pairs))), layout.arm_of(bodies, pairs)
     for begin, poses in layout.poses_in_parts(robot, q):
-        pair_counts_loops.measure_gaps(arm, poses, clearance / LESS, gaps[begin : begin + len(poses)])
+        clearance_loops.measure_gaps(arm, poses, clearance / LESS, gaps[begin : begin + len(poses)])
     for k in range(len(pairs)):
         apart = gaps[gaps[:, k] > 0.0, k]
         if len(apart):

@@ -17,13 +17,12 @@ from mafsil.lazy_module import lazily
 from mafsil.model.placement import checked_pose
 
 if TYPE_CHECKING:
+    import mafsil.collision.piece_loops as tree_loops
     import mafsil.collision.pieces as pieces
-    import mafsil.collision.tree_loops as tree_loops
-    from mafsil.collision.support_loops import Pieces
-    from mafsil.collision.tree_loops import Surroundings
+    from mafsil.collision.piece_loops import Pieces, Surroundings
 else:
     pieces = lazily("mafsil.collision.pieces")
-    tree_loops = lazily("mafsil.collision.tree_loops")
+    tree_loops = lazily("mafsil.collision.piece_loops")
 
 
 @dataclass(frozen=True, eq=False, slots=True)

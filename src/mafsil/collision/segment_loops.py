@@ -1,7 +1,7 @@
 """A straight motion of the joints proved free or shown to collide, compiled.
 
 1. Eight intervals of the motion are looked at together, one a lane, at first all of it in equal parts. At the middle of
-   each the arm is posed, and bounds M follow of how far bodies can move in the interval (`speed_loops`).
+   each the arm is posed, and bounds M follow of how far bodies can move in the interval (`placing_loops`).
 2. Every body and pair of bodies that is not yet proved there is asked whether anything is within the clearance and M
    (`meeting_loops`). If nothing is, it is proved for the whole interval, and its parts need not ask again.
 3. A state within the clearance ends it; so does a gap that is open by less than TOUCH: what is that near is not called
@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.clearance_loops import place_cells
 from mafsil.collision.meeting_loops import bodies_near, colliding_lanes, meets_around, meets_itself
-from mafsil.collision.placing_loops import ALL, without_pieces
-from mafsil.collision.speed_loops import ROUNDING, take_motion, way_of_body
+from mafsil.collision.placing_loops import ALL, ROUNDING, take_motion, way_of_body, without_pieces
 from mafsil.collision.workshop_loops import (
     Bench,
     Workshop,

@@ -22,9 +22,9 @@ from mafsil.messages import say
 from mafsil.model.placement import checked_poses
 
 if TYPE_CHECKING:
-    import mafsil.collision.near_loops as near_loops
+    import mafsil.collision.arm_loops as near_loops
 else:
-    near_loops = lazily("mafsil.collision.near_loops")
+    near_loops = lazily("mafsil.collision.arm_loops")
 
 
 class CheckStatus(Status):

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import Clearances
-from mafsil.collision.placing_loops import ALL, LaneScratch, lane_scratch_for
-from mafsil.collision.speed_loops import ROUNDING, Motion, Speeds, speeds_for
-from mafsil.collision.tree_loops import Surroundings
+from mafsil.collision.piece_loops import Surroundings
+from mafsil.collision.placing_loops import ALL, ROUNDING, LaneScratch, Motion, Speeds, lane_scratch_for, speeds_for
 from mafsil.kernels.loops.lanes import WIDTH, call_lanes, in_lanes, lanes, put, seen
 from mafsil.kernels.loops.loop import compiled, inlined
 
@@ -40,7 +39,7 @@ class Kinematics(NamedTuple):
         rows: (1,) the number of rows.
         q: (STATES, n) in.
         poses: (STATES, L, 4, 4) out.
-        at_rest, in_motion: addresses of the entries for rows in lanes of `arm_kernels`.
+        at_rest, in_motion: addresses of the entries for rows in lanes of `joints`.
         q_address, rest_address, motion_address: of what they read, and of what each writes.
         q_lanes: (n + j,) lanes in, rates of the joints behind the configuration.
         twists: (6 (j + 1)) lanes out: of {s}, and of what each joint carries.
@@ -189,7 +188,7 @@ def bench_for(world: World) -> Bench:
 
 @compiled
 def few_around(regions: Floats, arm: Arm, around: Surroundings) -> FewAround:
-    """What each body sees of few pieces around; `regions` (b, 4) are balls that the bodies never leave."""
+    """What each body sees of few pieces around; `clearance_tables` (b, 4) are balls that the bodies never leave."""
     bodies, count = len(regions), len(around.boxes)
     if count > AT_ONCE:
         count = 0

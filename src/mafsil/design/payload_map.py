@@ -14,8 +14,8 @@ from mafsil.design.arm import ArmDesign
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.ik import SolutionBatch, inverse_kinematics, solve_ik
+from mafsil.model.appearance import reach
 from mafsil.model.loading import RobotLike
-from mafsil.model.skeleton import reach
 from mafsil.performance.statics import largest_payload
 from mafsil.robot import Robot
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.collision import Scene
-from mafsil.collision.tree_loops import boxes_of
+from mafsil.collision.piece_loops import boxes_of
 from mafsil.design import PayloadMap
 from mafsil.errors import InputError
 from mafsil.figures.performance_sheet import INK, SHELL, SINGULAR, flat_axes, label, save, sheet

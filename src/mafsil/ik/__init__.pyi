@@ -4,13 +4,15 @@ from mafsil.ik.answers import LimitExcess as LimitExcess
 from mafsil.ik.answers import SolutionBatch as SolutionBatch
 from mafsil.ik.answers import SolutionFamily as SolutionFamily
 from mafsil.ik.answers import SolutionSet as SolutionSet
-from mafsil.ik.calibrated import Continuation as Continuation
-from mafsil.ik.calibrated import continued_branches as continued_branches
 from mafsil.ik.general import GeneralSix as GeneralSix
 from mafsil.ik.general import GeneralSolutions as GeneralSolutions
+from mafsil.ik.inverse import Continuation as Continuation
+from mafsil.ik.inverse import continued_branches as continued_branches
 from mafsil.ik.inverse import inverse_kinematics as inverse_kinematics
-from mafsil.ik.nearest import nearest_solution as nearest_solution
+from mafsil.ik.inverse import nearest_solution as nearest_solution
 from mafsil.ik.newton import NewtonRecord as NewtonRecord
+from mafsil.ik.newton import RootRecord as RootRecord
+from mafsil.ik.newton import find_root as find_root
 from mafsil.ik.newton import newton_ik as newton_ik
 from mafsil.ik.numerical import solve_ik as solve_ik
 from mafsil.ik.rates import Rates as Rates
@@ -25,8 +27,6 @@ from mafsil.ik.redundant import Redundancy as Redundancy
 from mafsil.ik.redundant import SelfMotionFamily as SelfMotionFamily
 from mafsil.ik.redundant import redundancy as redundancy
 from mafsil.ik.result import IKResult as IKResult
-from mafsil.ik.root_finding import RootRecord as RootRecord
-from mafsil.ik.root_finding import find_root as find_root
 from mafsil.ik.singular_rates import BoundedRates as BoundedRates
 from mafsil.ik.singular_rates import bounded_rates as bounded_rates
 from mafsil.ik.structure.analysis import closed_form as closed_form

@@ -16,7 +16,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector6, as_batch, positive, real_array, require_kind, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik.moving_part import moving_part
+from mafsil.ik.chain import moving_part
 from mafsil.ik.tolerances import MADE, RANK, SIXTH_ORDER, SYMMETRIC
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike

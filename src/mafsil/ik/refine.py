@@ -1,4 +1,4 @@
-"""Newton's method on solutions that are nearly right, and their verification by forward kinematics."""
+"""Newton's method on solutions that are nearly right, whole turns near others and into limits, and verification."""
 
 from __future__ import annotations
 
@@ -11,7 +11,16 @@ from mafsil import threads
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose
-from mafsil.ik.tolerances import EXACT_POSE, LEAST_DAMPING, NO_COST, NO_STEP, REFINED_DAMPING, SAME
+from mafsil.ik.tolerances import (
+    EXACT_POSE,
+    LEAST_DAMPING,
+    NO_COST,
+    NO_STEP,
+    ON_LIMIT,
+    REFINED_DAMPING,
+    SAME,
+    WHOLE_TURN,
+)
 from mafsil.lazy_module import lazily
 from mafsil.robot import Robot
 
@@ -20,6 +29,8 @@ if TYPE_CHECKING:
 else:
     refine_loops = lazily("mafsil.ik.refine_loops")
 
+
+TURN = 2 * np.pi
 PART = 64
 """Rows that one thread refines at a time."""
 
@@ -164,3 +175,20 @@ def distinct(q: JointVector, revolute: NDArray[np.bool_], tolerance: float = SAM
         if not len(kept) or np.abs(d).max(axis=1).min() > tolerance:
             kept.append(i)
     return kept
+
+
+def wound_near(
+    q: JointVector, q0: JointVector, lower: Floats, upper: Floats, revolute: NDArray[np.bool_]
+) -> JointVector:
+    """Revolute joints moved by whole turns as near to `q0` as possible, into the limits where that can be done.
+
+    Args:
+        q, q0: (*batch, n) coordinates.
+        lower, upper: (n,) limits.
+        revolute: (n) which coordinates are angles.
+    """
+    moved = q - np.where(revolute, TURN * np.round((q - q0) / TURN), 0.0)
+    up = np.where(revolute & (moved < lower), np.ceil((lower - moved) / TURN - WHOLE_TURN), 0.0)
+    down = np.where(revolute & (moved > upper), np.ceil((moved - upper) / TURN - WHOLE_TURN), 0.0)
+    shifted = moved + TURN * (up - down)
+    return np.where((shifted >= lower - ON_LIMIT) & (shifted <= upper + ON_LIMIT), shifted, moved)

@@ -1,17 +1,20 @@
-"""Newton's method on rows that are nearly solutions, compiled: each for itself, by the arm's kernels."""
+"""Rows that are nearly solutions, compiled: moved by Newton's method, judged, wound into limits; which are one."""
 
 from __future__ import annotations
 
-from math import atan2, pi, sqrt
+from math import asin, atan2, ceil, inf, nan, pi, sqrt
 
 import numpy as np
 
-from mafsil.arrays import Booleans, Floats
+from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.floating_point import EPS, LEAST_DIVISOR
-from mafsil.ik.tolerances import EXACT_POSE, NO_BETTER, SINGULAR
+from mafsil.ik.tolerances import EXACT_POSE, NO_BETTER, ON_LIMIT, SAME, SINGULAR, WHOLE_TURN
 from mafsil.kernels.loops.lanes import address, call_kernel
-from mafsil.kernels.loops.loop import compiled
+from mafsil.kernels.loops.loop import compiled, inlined
 
+TURN = 2 * pi
+BEYOND = 1e6
+"""What a solution beyond the limits costs more than one within [rad | m]."""
 LONGEST = 0.5
 """Step of a joint [rad | m]."""
 SWEEPS = 40
@@ -199,3 +202,146 @@ def _turn_columns(A: Floats, i: int, k: int, cosine: float, sine: float) -> None
     for r in range(len(A)):
         a, b = A[r, i], A[r, k]
         A[r, i], A[r, k] = cosine * a - sine * b, sine * a + cosine * b
+
+
+@inlined
+def wound_angle(x: float, near: float, low: float, high: float) -> float:
+    """The angle by whole turns as near as possible, then by the fewest turns into its limits; else the nearest.
+
+    Args:
+        x: the angle [rad].
+        near: what it is brought near to [rad].
+        low, high: limits [rad].
+    """
+    x -= TURN * round((x - near) / TURN)
+    turns = 0.0
+    if x < low:
+        turns = ceil((low - x) / TURN - WHOLE_TURN)
+    elif x > high:
+        turns = -ceil((x - high) / TURN - WHOLE_TURN)
+    shifted = x + TURN * turns
+    return shifted if low - ON_LIMIT <= shifted <= high + ON_LIMIT else x
+
+
+@compiled
+def nearest_rows(q: Floats, valid: Booleans, start: Floats, lower: Floats, upper: Floats, revolute: Booleans) -> Floats:
+    """(m, n) for each pose the solution with the least distance to a start, within the limits if any is; NaN if none.
+
+    1. Each angle is wound near the start and into its limits.
+    2. The nearest row is kept; rows beyond a limit come after all others.
+
+    Args:
+        q: (m, k, n) solutions.
+        valid: (m, k) which rows are solutions.
+        start: (m, n) configurations.
+        lower, upper: (n,) limits.
+        revolute: (n,) which coordinates are angles.
+    """
+    poses, rows, n = q.shape
+    nearest = np.full((poses, n), nan)
+    wound = np.empty(n)
+    for i in range(poses):
+        least = inf
+        for k in range(rows):
+            if not valid[i, k]:
+                continue
+            # 1.
+            square, cost = 0.0, 0.0
+            for j in range(n):
+                x = q[i, k, j]
+                if revolute[j]:
+                    x = wound_angle(x, start[i, j], lower[j], upper[j])
+                if not lower[j] - ON_LIMIT <= x <= upper[j] + ON_LIMIT:
+                    cost = BEYOND
+                square += (x - start[i, j]) ** 2
+                wound[j] = x
+            # 2.
+            cost += sqrt(square)
+            if cost < least:
+                least = cost
+                nearest[i] = wound
+    return nearest
+
+
+@compiled
+def unique_rows(q: Floats, good: Booleans, revolute: Booleans) -> None:
+    """Take away rows that repeat an earlier good row of their pose, up to whole turns.
+
+    Args:
+        q: (m, k, n) coordinates.
+        good: (m, k) which of them are solutions, changed.
+        revolute: (n,) which coordinates are angles.
+    """
+    for i in range(len(q)):
+        for k in range(1, q.shape[1]):
+            for earlier in range(k):
+                if good[i, k] and good[i, earlier] and _are_one(q[i, k], q[i, earlier], revolute):
+                    good[i, k] = False
+
+
+@compiled
+def _are_one(one: Floats, other: Floats, revolute: Booleans) -> bool:
+    for j in range(len(one)):
+        apart = one[j] - other[j]
+        if revolute[j]:
+            apart -= TURN * round(apart / TURN)
+        if not abs(apart) <= SAME:
+            return False
+    return True
+
+
+@compiled
+def judge_solutions(
+    reached: Floats,
+    T: Floats,
+    rows: Integers,
+    q0: Floats,
+    lower: Floats,
+    upper: Floats,
+    revolute: Booleans,
+    q: Floats,
+    residual: Floats,
+    within: Booleans,
+) -> None:
+    """Errors of solutions, and their angles moved by whole turns as near to `q0` as the limits allow, in place.
+
+    1. The distance, and the angle between the rotations: half the axis of R R_d^T has its sine for a length; where
+       the trace is small the angle is large, and only that is said.
+    2. The turn nearest to `q0`; if it is beyond a limit, the first turn within; if there is none, the nearest.
+
+    Args:
+        reached: (m, 4, 4) poses of the solutions.
+        T: (k, 4, 4) requested poses.
+        rows: (m,) which of them each solution belongs to.
+        q0: (n,) values to which angles are wound.
+        lower, upper: (n,) limits.
+        revolute: (n,) which coordinates are angles.
+        q: (m, n) solutions.
+        residual: (m,) the larger of angle [rad] and distance [m].
+        within: (m,) whether a solution is within the limits.
+    """
+    for i in range(len(q)):
+        # 1.
+        A, B = reached[i], T[rows[i]]
+        square = length = trace = 0.0
+        for r in range(3):
+            u, v = (r + 1) % 3, (r + 2) % 3
+            axis = 0.0
+            for c in range(3):
+                axis += A[u, c] * B[v, c] - A[v, c] * B[u, c]
+                trace += A[r, c] * B[r, c]
+            square += 0.25 * axis * axis
+            length += (A[r, 3] - B[r, 3]) ** 2
+        angle = asin(min(1.0, sqrt(square))) if trace > 1.0 else 0.5 * pi
+        residual[i] = max(angle, sqrt(length))
+        if not square + length < 1e300:
+            residual[i] = 1e300
+        # 2.
+        inside = True
+        for k in range(q.shape[1]):
+            x, low, high = q[i, k], lower[k], upper[k]
+            if revolute[k]:
+                x = wound_angle(x, q0[k], low, high)
+                q[i, k] = x
+            inside = inside and low - ON_LIMIT <= x <= high + ON_LIMIT
+        within[i] = inside

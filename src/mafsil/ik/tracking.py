@@ -16,10 +16,9 @@ from mafsil.ik.answers import Branch, SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.problem import clean_poses, printed_pose
-from mafsil.ik.result import IKResult
+from mafsil.ik.refine import wound_near
+from mafsil.ik.result import IKResult, clean_poses, printed_pose
 from mafsil.ik.tolerances import FROM_THE_POSE, NEARLY_SINGULAR, PULLED, REACHED, SELF_MOTION
-from mafsil.ik.winding import wound_near
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot

@@ -22,7 +22,7 @@ from mafsil.model import JointLimits
 from mafsil.parallel import ClosedChain, closed_inverse_kinematics
 from mafsil.robot import Robot
 from mafsil.trajectory import JointPath, Trajectory, check
-from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.path import PathMotion
 from mafsil.trajectory.paths import TipPath
 from mafsil.trajectory.profiles import rest
 from mafsil.trajectory.splines import PiecewisePolynomial

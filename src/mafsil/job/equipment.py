@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import PoseMatrix
 from mafsil.errors import JobError, MafsilError
 from mafsil.geometry import pose
-from mafsil.ik.problem import reach_bound
+from mafsil.ik.result import reach_bound
 from mafsil.job.description import Grasp, Job, Tool
 from mafsil.job.language.units import MILLIMETRE, angle_unit, length_unit
 from mafsil.job.lines import Places

@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import JobError
-from mafsil.ik.problem import reach_bound
+from mafsil.ik.result import reach_bound
 from mafsil.job.closed_moves import limits_of, listed_joints, require_closed_job
 from mafsil.job.description import Grasp, Job, Move, Pose
 from mafsil.job.language.units import angle_unit, length_unit

@@ -24,7 +24,7 @@ from mafsil.messages.visible import visible
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
-from mafsil.trajectory.paths.path_task import path_error
+from mafsil.trajectory.paths.pose_path import path_error
 
 MOST_LIMITS, SMALL_SHARE = 4, 0.01
 """Limits that are named of a move in the shortest time, and the least share of its time that is worth naming."""

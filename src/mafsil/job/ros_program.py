@@ -21,7 +21,7 @@ from mafsil.job.remark import Remark
 from mafsil.messages.visible import visible
 from mafsil.model.mesh.surface import hull_surface
 from mafsil.trajectory import sequence
-from mafsil.trajectory.files.ros2 import as_yaml, sample_trajectory
+from mafsil.trajectory.files.exporting import as_yaml, sample_trajectory
 
 ENDINGS = (".yaml", ".yml")
 RATE = 125.0

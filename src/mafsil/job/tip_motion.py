@@ -15,7 +15,7 @@ from mafsil.model import JointLimits
 from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
 from mafsil.trajectory.motion import Stretchable
-from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.path import PathMotion
 from mafsil.trajectory.paths import JoinedPath, TipPath
 from mafsil.trajectory.paths.cartesian_path import CartesianPath
 from mafsil.trajectory.profiles import rest

@@ -19,9 +19,8 @@ from mafsil import kernels
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError, ModelError
 from mafsil.ik.answers.branch import BranchNames
-from mafsil.ik.moving_part import moving_part
-from mafsil.ik.numerical.problem import PoseProblem
-from mafsil.ik.numerical.task import pose_task
+from mafsil.ik.chain import moving_part
+from mafsil.ik.numerical.problem import PoseProblem, pose_task
 from mafsil.ik.structure.analysis import analysis, closed_form
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import DEFECT

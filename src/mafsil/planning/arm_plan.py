@@ -21,10 +21,10 @@ from mafsil.planning.outcome import Plan, PlanningStatus
 
 if TYPE_CHECKING:
     import mafsil.planning.path_optimisation as path_optimisation
-    import mafsil.planning.rounding as rounding
+    import mafsil.planning.path_optimisation as rounding
     from mafsil.planning.path_optimisation import Descent
 else:
-    rounding = lazily("mafsil.planning.rounding")
+    rounding = lazily("mafsil.planning.path_optimisation")
     path_optimisation = lazily("mafsil.planning.path_optimisation")
 
 if TYPE_CHECKING:

@@ -1,8 +1,10 @@
-"""Planners of arms: each takes a question and gives a path, its nodes, and what it looked at."""
+"""Planners of arms: a question becomes a path, its nodes and what was looked at, or a proof by boxes that none is."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import product, repeat
 from time import perf_counter
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -11,10 +13,12 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
-from mafsil.planning.arm_limits import Moving
+from mafsil.planning.arm_limits import Moving, bounds_of, endless_joints, held_joints, held_of
+from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.arm_search import Searched, add_counts, search
-from mafsil.planning.cell_cover import MOST_MOVING
-from mafsil.planning.interruption import best_kept
+from mafsil.planning.cell_cover import MOST_MOVING, cover
+from mafsil.planning.kept_planning import Kept
+from mafsil.planning.outcome import PlanningStatus, Reason, best_kept
 from mafsil.planning.pipeline import take_shortcuts
 from mafsil.planning.problem import Problem, length_of
 from mafsil.planning.search import PLANNERS, SearchBudget
@@ -172,3 +176,86 @@ ARM_PLANNERS: dict[str, ArmSearch] = {
     CELLS: cell_decomposition,
 }  # fmt: skip
 """Planners made for arms: they ask a `Checker` itself and not one configuration or segment after the other."""
+
+
+MOST_BOXES = 200_000
+"""Of the cover that is asked where a search found nothing: about a second."""
+
+
+def connect_ends(
+    checker: Checker, q: JointVector, goals: JointVector, rules: tuple[Moving, ...], seed: int, seconds: float,
+    nodes: int, shorten: int, begun: float,
+) -> ArmPlan | None:  # fmt: skip
+    """What RRT-Connect and boxes of configurations find, one rule of what may move after the other.
+
+    Where boxes may decide, they are asked before most of the budget of a rule is spent.
+
+    Returns:
+        None if an end cannot be.
+    """
+    made, seen, found = 0, (0, 0, 0), None
+    for rule, share in product(rules, (0.1, 1.0)) if len(q) <= MOST_MOVING else zip(rules, repeat(1.0)):
+        budget = share * seconds, max(int(share * nodes), 1)
+        path, more, also = search(checker, q, goals, seed, *budget, shorten, rule)
+        if not more:
+            return None
+        made, seen = made + more, add_counts(seen, also)
+        found = answer_of(checker, path, "rrt_connect", made, seen, q, goals, begun, moving=rule)
+        if path is None:
+            found = decide_by_boxes(found, q, goals, seed, shorten, MOST_BOXES, seconds)
+        if found.status is not PlanningStatus.NOT_FOUND:
+            return found
+    return found
+
+
+def decide_by_boxes(
+    found: ArmPlan, q: JointVector, goals: JointVector, seed: int, shorten: int, boxes: int, seconds: float
+) -> ArmPlan:
+    """The same, but where nothing was found and few coordinates move, with what boxes of configurations prove.
+
+    While coordinates are held that could move, a proof that there is no path says nothing of them: it is a reason.
+    """
+    checker = found.checker
+    if checker is None or found.status is not PlanningStatus.NOT_FOUND:
+        return found
+    bounds = bounds_of(checker, np.concatenate([q[None], goals]), found.moving)
+    moving = bounds[1] > bounds[0]
+    if not 0 < moving.sum() <= MOST_MOVING:
+        return found
+    begun, limits = perf_counter(), checker.robot.limits
+    is_open = ((goals >= limits.lower) & (goals <= limits.upper)).all(axis=1) & checker.free(goals)
+    sure = cover(checker, bounds, q, goals[is_open], boxes, seconds)
+    found = replace(
+        found, nodes=found.nodes + sure.boxes, configurations=found.configurations + sure.boxes,
+        seconds=found.seconds + perf_counter() - begun,
+    )  # fmt: skip
+    if sure.separated:
+        status = PlanningStatus.SEPARATED if moving.all() else found.status
+        proof = Reason(("planning.boxes" if moving.all() else "planning.boxes_held", {"count": sure.boxes}))
+        reason = found.reason if isinstance(found.reason, Reason) else Reason()
+        return replace(found, status=status, reason=reason.and_then(proof))
+    if sure.path is None:
+        return found
+    problem = Problem(*bounds, checker.free, checker.free_segment)
+    path = take_shortcuts(problem, sure.path, np.random.default_rng(seed), shorten) if shorten else sure.path
+    goal = int(np.abs(goals - path[-1]).max(axis=1).argmin())
+    return replace(found, status=PlanningStatus.FOUND, path=path, reason="", goal=goal)
+
+
+def answer_of(
+    checker: Checker, path: JointVector | None, planner: str, made: int, seen: tuple[int, int, int], q: JointVector,
+    goals: JointVector, begun: float, kept: Kept | None = None, moving: Moving = None,
+) -> ArmPlan:  # fmt: skip
+    """The answer with the path that a planner found, or with what was held that could move."""
+    status = PlanningStatus.NOT_FOUND if path is None else PlanningStatus.FOUND
+    points = q[None] if path is None else path
+    reached = -1 if path is None else 0 if len(goals) == 1 else int(np.abs(goals - points[-1]).max(axis=1).argmin())
+    looked_at, proofs, states = seen
+    seconds, reason = perf_counter() - begun, ""
+    if path is None:
+        held = held_of(checker, np.concatenate([q[None], goals]), moving)
+        reason = endless_joints(checker, held).and_then(held_joints(checker, held))
+    return ArmPlan(
+        status, points, planner, states, looked_at, made, seconds, reason, checker, (), proofs, reached, kept,
+        moving=moving,
+    )  # fmt: skip

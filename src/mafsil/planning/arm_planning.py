@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from itertools import product, repeat
 from time import perf_counter
 from typing import TYPE_CHECKING, cast
 
@@ -19,12 +18,10 @@ from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses
 from mafsil.planning.arm_limits import (
+    GoalRegion,
     Moving,
     beyond_limits,
     bounds_of,
-    endless_joints,
-    held_joints,
-    held_of,
     rule_for,
     with_carriers,
 )
@@ -33,36 +30,29 @@ from mafsil.planning.arm_planners import (
     ARM_PLANNERS,
     CELLS,
     LAZY,
+    MOST_BOXES,
     ArmQuestion,
+    answer_of,
     any_planner,
     ask_roadmap,
+    connect_ends,
+    decide_by_boxes,
 )
-from mafsil.planning.arm_search import add_counts, search
-from mafsil.planning.goal_region import GoalRegion
-from mafsil.planning.interruption import tells_of_interruption
-from mafsil.planning.kept_planning import Kept, Measured, search_kept
-from mafsil.planning.outcome import FirstLine, PlanningStatus, Reason
+from mafsil.planning.arm_search import search
+from mafsil.planning.kept_planning import Kept, Measured, closed_configurations, loop_constraints, search_kept
+from mafsil.planning.outcome import FirstLine, PlanningStatus, Reason, tells_of_interruption
 from mafsil.planning.path_constraints import Constraint, kept_of
-from mafsil.planning.pipeline import take_shortcuts
-from mafsil.planning.problem import Problem
 from mafsil.planning.search import PLANNERS
 from mafsil.robot.degrees import in_radians, remark_on_degrees
 
 if TYPE_CHECKING:
-    import mafsil.planning.cell_cover as cell_cover
-    import mafsil.planning.closed_arms as closed_arms
     import mafsil.planning.roadmap as roadmaps
     from mafsil.planning.roadmap import ArmRoadmap
 else:
     roadmaps = lazily("mafsil.planning.roadmap")
-    closed_arms = lazily("mafsil.planning.closed_arms")
-    cell_cover = lazily("mafsil.planning.cell_cover")
 
 if TYPE_CHECKING:
     from mafsil.collision import Checker, Obstacle, Scene
-
-MOST_BOXES = 200_000
-"""Of the cover that is asked where a search found nothing: about a second."""
 
 
 @tells_of_interruption
@@ -137,37 +127,22 @@ def plan(
     Reference: J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000; proofs as in Schwarzer, Saha, Latombe, IEEE T-RO 2005.
     """
     roadmap = robot if isinstance(robot, roadmaps.ArmRoadmap) else None
-    if roadmap is not None:
-        if (
-            scene is not None
-            or constraints
-            or radius is not None
-            or clearance is not None
-            or self_clearance is not None
-        ):
+    if isinstance(robot, roadmaps.ArmRoadmap):
+        if constraints or any(given is not None for given in (scene, radius, clearance, self_clearance)):
             raise InputError("planning.roadmap_as_it_is")
-        planner = LAZY
-    checker = (
-        _checker(robot, scene, clearance, self_clearance, radius)
-        if not isinstance(robot, roadmaps.ArmRoadmap)
-        else robot.checker
-    )
+        checker, planner = robot.checker, LAZY
+    else:
+        checker = _checker(robot, scene, clearance, self_clearance, radius)
     n, mechanism = checker.robot.n, checker.robot.mechanism
-    loops = closed_arms.loop_constraints(mechanism) if mechanism.loops else ()
+    loops = loop_constraints(mechanism) if mechanism.loops else ()
     start = in_radians(mechanism, "start", start) if degrees else start
     q = single("start", start, (n,)).copy()
     remark_on_degrees(checker.robot, "start", start)
-    if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
-        raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
-    whole("seed", seed)
-    whole("max_nodes", max_nodes, 1)
-    whole("shortcut_iterations", shortcut_iterations)
-    positive("seconds", seconds)
+    _require_effort(planner, seed, seconds, max_nodes, shortcut_iterations)
     may_move = None if active_joints is None else tuple(active_joints)
     if may_move is not None:
         rule_for(checker, may_move)
     begun = perf_counter()
-    # 1.
     goals = configurations_of(checker, goal, q, degrees=degrees)
     on = checker.robot.limits.snap_to_limits(q), checker.robot.limits.snap_to_limits(goals)
     if (on[0] != q).any() or (on[1] != goals).any():
@@ -177,35 +152,58 @@ def plan(
             self_clearance=self_clearance, constraints=constraints, radius=radius, active_joints=may_move,
         )  # fmt: skip
         return _from_measured(measured, checker, q, goals)
+    asked = ArmQuestion(checker, q, goals, planner, seed, seconds, max_nodes, shortcut_iterations)
+    kept = ((constraints,) if not isinstance(constraints, Iterable) else tuple(constraints)) + loops
     rules: tuple[Moving, ...] = (may_move,)
     if active_joints is None and checker.has_carriers and len(goals):
         wider = with_carriers(checker, np.concatenate([q[None], goals]))
         rules = (None,) if wider is None else (None, wider)
-    half = seconds / len(rules), max(max_nodes // len(rules), 1)
-    if planner == "rrt_connect" and not constraints and not loops and roadmap is None and len(goals):
-        found = _connect(checker, q, goals, rules, seed, *half, shortcut_iterations, begun)
+    found = _between(asked, roadmap, kept, rules, begun)
+    return _reason(found, checker, goal, q) if found.status is PlanningStatus.UNREACHABLE else found
+
+
+def _require_effort(planner: str, seed: int, seconds: float, nodes: int, shorten: int) -> None:
+    """Refuse a planner that is none, and budgets that are none."""
+    if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
+        raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
+    whole("seed", seed)
+    whole("max_nodes", nodes, 1)
+    whole("shortcut_iterations", shorten)
+    positive("seconds", seconds)
+
+
+def _between(
+    asked: ArmQuestion, roadmap: ArmRoadmap | None, constraints: tuple[Constraint, ...], rules: tuple[Moving, ...],
+    begun: float,
+) -> ArmPlan:  # fmt: skip
+    """Steps 2 to 5 of `plan`, between ends within the limits, one rule of what may move after the other."""
+    checker, q, goals, planner, seed, seconds, nodes, shorten = asked[:8]
+    half = seconds / len(rules), max(nodes // len(rules), 1)
+    if planner == "rrt_connect" and not constraints and roadmap is None and len(goals):
+        found = connect_ends(checker, q, goals, rules, seed, *half, shorten, begun)
         if found is not None:
             return found
     # 2.
     refused = _refuse(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
-        return _reason(refused, checker, goal, q)
-    constraints = ((constraints,) if not isinstance(constraints, Iterable) else tuple(constraints)) + loops
+        return refused
     if constraints and planner != "rrt_connect":
+        loops = checker.robot.mechanism.loops
         raise InputError("planning.loops_planner" if loops else "planning.constraint_planner", planner=planner)
     # 3., 4.
     if len(rules) > 1 and not constraints:
         # What the best paths need is what any path needs, and that is found soon.
         path, _, _ = search(checker, q, goals, seed, *half, 0, rules[0])
         rules = rules[:1] if path is not None else rules[1:]
-        half = max(seconds - (perf_counter() - begun), 0.5 * seconds), max_nodes
-    asked = ArmQuestion(checker, q, goals[refused], planner, seed, *half, shortcut_iterations)
+        half = max(seconds - (perf_counter() - begun), 0.5 * seconds), nodes
+    asked = asked._replace(goals=goals[refused], seconds=half[0], nodes=half[1])
     found = _search(asked, goals, roadmap, constraints, rules[0], begun)
     if len(rules) > 1 and found.status is PlanningStatus.NOT_FOUND:
         found = _search(asked, goals, roadmap, constraints, rules[1], begun)
+    # 5.
     if constraints:
         return found
-    return _decide(found, q, goals, seed, shortcut_iterations, max_nodes if planner == CELLS else MOST_BOXES, seconds)
+    return decide_by_boxes(found, q, goals, seed, shorten, nodes if planner == CELLS else MOST_BOXES, seconds)
 
 
 def _from_measured(found: ArmPlan, checker: Checker, q: JointVector, goals: JointVector) -> ArmPlan:
@@ -236,66 +234,6 @@ def _from_measured(found: ArmPlan, checker: Checker, q: JointVector, goals: Join
     return replace(found, path=np.stack(rows), reason=reason)
 
 
-def _connect(
-    checker: Checker, q: JointVector, goals: JointVector, rules: tuple[Moving, ...], seed: int, seconds: float,
-    nodes: int, shorten: int, begun: float,
-) -> ArmPlan | None:  # fmt: skip
-    """What RRT-Connect and boxes of configurations find, one rule of what may move after the other.
-
-    Where boxes may decide, they are asked before most of the budget of a rule is spent.
-
-    Returns:
-        None if an end cannot be.
-    """
-    made, seen, found = 0, (0, 0, 0), None
-    for rule, share in product(rules, (0.1, 1.0)) if len(q) <= cell_cover.MOST_MOVING else zip(rules, repeat(1.0)):
-        budget = share * seconds, max(int(share * nodes), 1)
-        path, more, also = search(checker, q, goals, seed, *budget, shorten, rule)
-        if not more:
-            return None
-        made, seen = made + more, add_counts(seen, also)
-        found = _answer(checker, path, "rrt_connect", made, seen, q, goals, begun, moving=rule)
-        if path is None:
-            found = _decide(found, q, goals, seed, shorten, MOST_BOXES, seconds)
-        if found.status is not PlanningStatus.NOT_FOUND:
-            return found
-    return found
-
-
-def _decide(
-    found: ArmPlan, q: JointVector, goals: JointVector, seed: int, shorten: int, boxes: int, seconds: float
-) -> ArmPlan:
-    """The same, but where nothing was found and few coordinates move, with what boxes of configurations prove.
-
-    While coordinates are held that could move, a proof that there is no path says nothing of them: it is a reason.
-    """
-    checker = found.checker
-    if checker is None or found.status is not PlanningStatus.NOT_FOUND:
-        return found
-    bounds = bounds_of(checker, np.concatenate([q[None], goals]), found.moving)
-    moving = bounds[1] > bounds[0]
-    if not 0 < moving.sum() <= cell_cover.MOST_MOVING:
-        return found
-    begun, limits = perf_counter(), checker.robot.limits
-    is_open = ((goals >= limits.lower) & (goals <= limits.upper)).all(axis=1) & checker.free(goals)
-    sure = cell_cover.cover(checker, bounds, q, goals[is_open], boxes, seconds)
-    found = replace(
-        found, nodes=found.nodes + sure.boxes, configurations=found.configurations + sure.boxes,
-        seconds=found.seconds + perf_counter() - begun,
-    )  # fmt: skip
-    if sure.separated:
-        status = PlanningStatus.SEPARATED if moving.all() else found.status
-        proof = Reason(("planning.boxes" if moving.all() else "planning.boxes_held", {"count": sure.boxes}))
-        reason = found.reason if isinstance(found.reason, Reason) else Reason()
-        return replace(found, status=status, reason=reason.and_then(proof))
-    if sure.path is None:
-        return found
-    problem = Problem(*bounds, checker.free, checker.free_segment)
-    path = take_shortcuts(problem, sure.path, np.random.default_rng(seed), shorten) if shorten else sure.path
-    goal = int(np.abs(goals - path[-1]).max(axis=1).argmin())
-    return replace(found, status=PlanningStatus.FOUND, path=path, reason="", goal=goal)
-
-
 def _search(
     asked: ArmQuestion, goals: JointVector, roadmap: ArmRoadmap | None, constraints: tuple[Constraint, ...],
     moving: Moving, begun: float,
@@ -315,25 +253,7 @@ def _search(
         path, made, seen = ask_roadmap(roadmap, asked)
     else:
         path, made, seen = ARM_PLANNERS.get(asked.planner, any_planner)(asked)
-    return _answer(checker, path, asked.planner, made, seen, q, goals, begun, kept, moving)
-
-
-def _answer(
-    checker: Checker, path: JointVector | None, planner: str, made: int, seen: tuple[int, int, int], q: JointVector,
-    goals: JointVector, begun: float, kept: Kept | None = None, moving: Moving = None,
-) -> ArmPlan:  # fmt: skip
-    status = PlanningStatus.NOT_FOUND if path is None else PlanningStatus.FOUND
-    points = q[None] if path is None else path
-    reached = -1 if path is None else 0 if len(goals) == 1 else int(np.abs(goals - points[-1]).max(axis=1).argmin())
-    looked_at, proofs, states = seen
-    seconds, reason = perf_counter() - begun, ""
-    if path is None:
-        held = held_of(checker, np.concatenate([q[None], goals]), moving)
-        reason = endless_joints(checker, held).and_then(held_joints(checker, held))
-    return ArmPlan(
-        status, points, planner, states, looked_at, made, seconds, reason, checker, (), proofs, reached, kept,
-        moving=moving,
-    )  # fmt: skip
+    return answer_of(checker, path, asked.planner, made, seen, q, goals, begun, kept, moving)
 
 
 def _checker(
@@ -384,7 +304,7 @@ def configurations_of(
 
 def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVector:
     if checker.robot.mechanism.loops:
-        return closed_arms.closed_configurations(checker.robot, poses, start)
+        return closed_configurations(checker.robot, poses, start)
     rows: list[JointVector] = [np.zeros((0, checker.robot.n))]
     for T in poses:
         found = ik.inverse_kinematics(checker.robot, T, q0=start)
@@ -394,7 +314,7 @@ def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVect
 
 def _reason(refused: ArmPlan, checker: Checker, goal: ArrayLike | Pose | GoalRegion, q: JointVector) -> ArmPlan:
     """The same, for poses without a configuration with what inverse kinematics says of the first of them."""
-    if refused.status is not PlanningStatus.UNREACHABLE or checker.robot.mechanism.loops:
+    if checker.robot.mechanism.loops:
         return refused
     poses = goal.poses() if isinstance(goal, GoalRegion) else np.asarray(goal, dtype=np.float64).reshape(-1, 4, 4)
     found = ik.inverse_kinematics(checker.robot, poses[0], q0=q)

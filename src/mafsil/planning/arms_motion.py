@@ -1,13 +1,13 @@
-"""How planning of several arms in time ended: a motion for each, proved free of the others, or why there is none.
+"""Several arms planned at once, and how planning in time ended: motions proved free of each other, or why none.
 
-Whether a motion in time is free at every moment: proved by chords that keep clear of what lies between.
+That a motion in time is free at every moment is proved by chords that keep clear of what lies between.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,10 +16,15 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker, Clearance, CollisionCheck, MultiArmCell
+from mafsil.geometry import Pose
 from mafsil.messages import say
+from mafsil.planning.arm_plan import ArmPlan
+from mafsil.planning.arm_planning import configurations_of, plan
 from mafsil.planning.outcome import PlanningStatus, reason_text
 from mafsil.trajectory import Trajectory
 
+MOST_GOALS = 256
+"""Combinations of the arms' goals that are tried, the nearest to the start first."""
 CHORD = 0.05
 """Largest change of a coordinate over a chord at first [rad | m]."""
 HALVINGS = 6
@@ -198,3 +203,61 @@ def _chords(places: Places, begin: float, end: float) -> Floats:
 def _is_proved(checker: Checker, ends: Floats, apart: Floats) -> bool:
     extra = checker.largest_way(apart, np.abs(ends).max(axis=0) + apart)
     return bool(checker.free_segment(ends[0], ends[1], extra=2.0 * extra))
+
+
+def plan_coupled(
+    cell: MultiArmCell,
+    start: Mapping[str, ArrayLike],
+    goal: Mapping[str, ArrayLike | Pose],
+    *,
+    planner: str = "rrt_connect",
+    seed: int = 0,
+    seconds: float = 10.0,
+    max_nodes: int = 200_000,
+    shortcut_iterations: int = 100,
+) -> ArmPlan:
+    """A path of all arms at once, each straight motion of all their joints proved free.
+
+    Any arm may move, also one that ends where it starts: it makes way. Of poses all solutions of the inverse kinematics
+    that are free without the other arms are combined. Loops of mechanisms stay closed, as in `mf.plan`.
+
+    Args:
+        cell: the arms in their scene.
+        start: for each arm (n of the arm) [rad | m].
+        goal: for each arm its configuration, several of which any will do, or poses of its tip, as for `mf.plan`;
+            an arm that is not named ends where it starts.
+        planner, seed, seconds, max_nodes, shortcut_iterations: as for `mf.plan`.
+
+    Returns:
+        Rows of the path are coordinates of all arms: `cell.split(plan.path)` has those of each.
+
+    Raises:
+        InputError: an unknown arm, a start that is missing, a wrong shape.
+    """
+    q = cell.join(start)
+    goals = _combine(cell, cell.split(q), goal)
+    return plan(
+        cell, None, q, goals, planner=planner, seed=seed, seconds=seconds, max_nodes=max_nodes,
+        shortcut_iterations=shortcut_iterations,
+    )  # fmt: skip
+
+
+def _combine(cell: MultiArmCell, start: Mapping[str, JointVector], goal: Mapping[str, ArrayLike | Pose]) -> JointVector:
+    """(k, n) goals of all arms, the nearest to the start first."""
+    for name in goal:
+        cell.alone(name)
+    each = [
+        configurations_of(cell.alone(name), goal[name], q) if name in goal else q[None] for name, q in start.items()
+    ]
+    open_rows = [_open(cell, name, rows) for name, rows in zip(cell.names, each, strict=True)]
+    away = [np.linalg.norm(rows - q, axis=1) for rows, q in zip(open_rows, start.values(), strict=True)]
+    sorted_rows = [rows[np.argsort(far, kind="stable")] for rows, far in zip(open_rows, away, strict=True)]
+    per_arm = max(int(MOST_GOALS ** (1.0 / len(cell.names))), 1)
+    rows = [np.concatenate(parts) for parts in product(*(rows[:per_arm] for rows in sorted_rows))]
+    return np.stack(rows) if rows else np.zeros((0, cell.robot.n))
+
+
+def _open(cell: MultiArmCell, name: str, rows: JointVector) -> JointVector:
+    """Of some configurations of one arm those that are free without the others; all if none is, so that it is said."""
+    free = cell.alone(name).free(rows) if len(rows) else np.zeros(0, np.bool_)
+    return rows[free] if np.any(free) else rows

@@ -15,7 +15,7 @@ from mafsil.lazy_module import lazily
 from mafsil.model.appearance import reach, with_skeleton
 from mafsil.model.loading import RobotLike, require_no_loops
 from mafsil.model.placement import checked_poses, inverse
-from mafsil.planning.interruption import best_kept, tells_of_interruption
+from mafsil.planning.outcome import best_kept, tells_of_interruption
 from mafsil.planning.placement_answer import MEASURES, BasePlacement, PlacementFailure, PlacementStatus
 from mafsil.robot import as_robot
 

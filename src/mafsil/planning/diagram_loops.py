@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm, Scratch, gap_between, just_above, place_bodies, scratch_for
-from mafsil.collision.speed_loops import ROUNDING, Motion
+from mafsil.collision.placing_loops import ROUNDING, Motion
 from mafsil.collision.workshop_loops import FROM_ITSELF, World
 from mafsil.kernels.loops.lanes import call_kernel
 from mafsil.kernels.loops.loop import compiled

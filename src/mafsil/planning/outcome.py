@@ -1,13 +1,17 @@
-"""How planning ended: a path with its account, or the reason why there is none.
+"""How planning ended: a path with its account, or the reason why there is none; at Ctrl-C the best path so far.
 
-Why a plan ended as it did: a text in the present language that can be said again in the other one.
+A reason is a text in the present language that can be said again in the other one. Where Ctrl-C comes just when a
+compiled loop gives its result, Python raises a SystemError whose cause it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol, Self, TypeAlias
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import wraps
+from threading import local
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, Self, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -15,6 +19,9 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import JointVector
 from mafsil.messages import clauses, say
 from mafsil.planning.problem import length_of
+
+if TYPE_CHECKING:
+    from mafsil.planning.placement_answer import BasePlacement
 
 
 class PlanningStatus(Status):
@@ -173,3 +180,62 @@ def _one(part: Part, language: str | None) -> str:
         key, values = part
         return say(key, language=language, **values)
     return part.explain(language=language)
+
+
+P = ParamSpec("P")
+Answered = TypeVar("Answered", bound="Plan | BasePlacement")
+
+
+class _OfThread(local):
+    def __init__(self) -> None:
+        self.interrupted = False
+
+
+_OF_THREAD = _OfThread()
+
+
+def is_interruption(error: BaseException) -> bool:
+    """Whether an error is Ctrl-C, by itself or as the cause of what a compiled loop raised.
+
+    Args:
+        error: that was caught.
+    """
+    return isinstance(error, KeyboardInterrupt) or (
+        isinstance(error, SystemError) and isinstance(error.__cause__ or error.__context__, KeyboardInterrupt)
+    )
+
+
+@contextmanager
+def best_kept(known: Callable[[], bool]) -> Generator[None]:
+    """Ends what is inside at Ctrl-C where there is a best so far, else lets it pass.
+
+    Args:
+        known: whether there is a path already.
+    """
+    try:
+        yield
+    except (KeyboardInterrupt, SystemError) as error:
+        if not is_interruption(error) or not known():
+            raise
+        _OF_THREAD.interrupted = True
+
+
+def tells_of_interruption(search: Callable[P, Answered]) -> Callable[P, Answered]:
+    """The same search, whose answer says where Ctrl-C ended it.
+
+    Args:
+        search: gives a plan or a placement.
+    """
+
+    @wraps(search)
+    def answered(*args: P.args, **kwargs: P.kwargs) -> Answered:
+        _OF_THREAD.interrupted = False
+        try:
+            found = search(*args, **kwargs)
+        except SystemError as error:
+            if is_interruption(error):
+                raise KeyboardInterrupt from error
+            raise
+        return replace(found, interrupted=True) if _OF_THREAD.interrupted else found
+
+    return answered

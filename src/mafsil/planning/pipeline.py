@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, as_batch, positive, require_kind, whole
 from mafsil.errors import InputError
-from mafsil.planning.interruption import tells_of_interruption
-from mafsil.planning.outcome import Plan, PlanningStatus
+from mafsil.planning.outcome import Plan, PlanningStatus, tells_of_interruption
 from mafsil.planning.problem import Problem, length_of
 from mafsil.planning.search import PLANNERS, SearchBudget
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.collision import ContactPair
-from mafsil.ik.problem import reach_bound
+from mafsil.ik.result import reach_bound
 from mafsil.messages import say
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from mafsil.arrays import (
     whole,
 )
 from mafsil.collision import Checker
-from mafsil.collision.each_distance import each_distance
+from mafsil.collision.checker import each_distance
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.planning.field_descent import FieldPath, down_the_field

@@ -16,10 +16,9 @@ from mafsil.errors import InputError
 from mafsil.geometry import Pose
 from mafsil.planning.arm_planning import configurations_of, plan
 from mafsil.planning.arms_motion import ArmsMotion, TimedArm, unproved_moment
-from mafsil.planning.closed_arms import closed_near, kept_loops_of
-from mafsil.planning.kept_planning import Measured
+from mafsil.planning.kept_planning import Measured, closed_near, kept_loops_of
 from mafsil.planning.outcome import PlanningStatus, Reason
-from mafsil.planning.rounding import round_corners
+from mafsil.planning.path_optimisation import round_corners
 from mafsil.planning.waiting_places import RESTS, route_along, standing, timed_way
 from mafsil.trajectory import JointPath, MotionLimits
 from mafsil.trajectory.motion_limits import Limits, motion_limits

@@ -12,16 +12,16 @@ from mafsil.arrays import Floats, JointVector, single, whole
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.planning.arm_limits import bounds_of
-from mafsil.planning.closed_arms import require_tree
-from mafsil.planning.interruption import best_kept
+from mafsil.planning.kept_planning import require_tree
+from mafsil.planning.outcome import best_kept
 from mafsil.planning.problem import length_of
 
 if TYPE_CHECKING:
+    import mafsil.planning.arm_question_loops as shorten_loops
     import mafsil.planning.roadmap_loops as roadmap_loops
-    import mafsil.planning.shorten_loops as shorten_loops
     from mafsil.collision import Checker
 else:
-    shorten_loops = lazily("mafsil.planning.shorten_loops")
+    shorten_loops = lazily("mafsil.planning.arm_question_loops")
     roadmap_loops = lazily("mafsil.planning.roadmap_loops")
 
 Scalar = TypeVar("Scalar", bound=np.generic)

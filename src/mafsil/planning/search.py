@@ -18,7 +18,7 @@ from typing import TypeAlias
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.planning.interruption import best_kept
+from mafsil.planning.outcome import best_kept
 from mafsil.planning.problem import Problem, length_of
 
 STEP = 0.15

@@ -11,9 +11,9 @@ from mafsil.parallel import ClosedChain
 from mafsil.parallel.closed_poses import Task, closed_pose_near, pose_miss
 from mafsil.solvers import Outcome
 from mafsil.trajectory import cubic_through
+from mafsil.trajectory.motion import PlanStatus
 from mafsil.trajectory.paths import TipPath
 from mafsil.trajectory.splines import PiecewisePolynomial
-from mafsil.trajectory.status import PlanStatus
 
 Followed = Outcome[PiecewisePolynomial | None]
 FEWEST, MOST = 16, 1024

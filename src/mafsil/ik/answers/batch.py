@@ -11,22 +11,20 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
-from mafsil.ik.answers.branch import Branch
+from mafsil.ik.answers.branch import Branch, pose_table
 from mafsil.ik.answers.one_pose import one_pose
 from mafsil.ik.answers.setting import Setting, folding, nearly_there, structure_decides
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.answers.solution_table import pose_table
-from mafsil.ik.problem import FARTHEST, clean_poses, printed_pose
-from mafsil.ik.result import STATUSES
+from mafsil.ik.result import FARTHEST, STATUSES, clean_poses, printed_pose
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 
 if TYPE_CHECKING:
-    import mafsil.ik.winding_loops as winding_loops
+    import mafsil.ik.refine_loops as winding_loops
 else:
-    winding_loops = lazily("mafsil.ik.winding_loops")
+    winding_loops = lazily("mafsil.ik.refine_loops")
 
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 

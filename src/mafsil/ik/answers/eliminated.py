@@ -1,4 +1,19 @@
-"""All solutions of many poses of a general arm at once, where elimination proves the lists."""
+"""Lists of many poses at once without an exact closed form: by elimination, or from rows of the nearest ideal arm.
+
+A quarter turn printed as 1.5708 leaves an arm off the shape of its family by d ~ 1e-5. Then
+
+1. the closed form of the ideal arm gives rows, with the branch margin m of each (zero where two branches meet) and by
+   how much rows that do not exist fall short;
+2. Newton's method on the arm as it is moves each row, and forward kinematics judges it.
+
+A solution q of the arm is a solution of the ideal arm for the pose that the ideal arm has at q, which is off by d at
+most, in units of the arm. While the pose moves that far a row's joints move by about d / m, and m changes by as much.
+So where m^2 >> d for every row that exists, and every other row falls short by more than m, each row goes on to just
+one solution and there are no others: the list is complete. `CLEAR_OF_FOLDS` is the ratio that is required. Elsewhere
+elimination has to prove the list.
+
+Reference: Kantorovich, On Newton's method for functional equations, 1948.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +24,32 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.branch import UNNAMED
+from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.pose_question import PoseQuestion
-from mafsil.ik.answers.setting import CLEAR, Setting
+from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
+from mafsil.ik.general.findings import MOST
+from mafsil.ik.refine import distinct, wound_near
+from mafsil.ik.tolerances import CLOSED, FINEST, LEAST_MARGIN, QUADRATIC, REACHED, SAME_AT_DOUBLE_ROOT
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    import mafsil.ik.general.judging_loops as judging_loops
+    import mafsil.ik.refine_loops as judging_loops
     from mafsil.ik.general import GeneralSix, GeneralSolutions
 else:
-    judging_loops = lazily("mafsil.ik.general.judging_loops")
+    judging_loops = lazily("mafsil.ik.refine_loops")
 
+
+CLEAR_OF_FOLDS = 100.0
+"""The least square of a branch margin, over the defect of the arm, that keeps a row away from others."""
+STEPS = 8
+"""Most Newton steps; two or three are made where the defect is that of rounded angles."""
+PATIENT = 24
+"""The same beside folds, where each step may only halve the error."""
+WAYS: Floats = np.array([1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0])
+"""How far from a row beside a fold along the direction that moves least [rad]."""
+KEPT_ROWS = 16384
+"""Rows that are kept at once."""
 ROWS = 4096
 """Solutions whose poses are kept at once."""
 
@@ -101,3 +131,105 @@ def _judged(
         reached, T, rows, q0, setting.lower, setting.upper, setting.revolute, q, residual, within
     )
     return q, residual, within
+
+
+class RefinedRows(NamedTuple):
+    """Rows of a batch.
+
+    Attributes:
+        clear: (k,) whether the list of a pose is complete.
+        q: (k, branches, m) coordinates, wound near the preferred ones.
+        residual: (k, branches) on the arm as it is; NaN in rows that are no solutions.
+        codes: (k, branches) branches as numbers.
+    """
+
+    clear: NDArray[np.bool_]
+    q: JointVector
+    residual: Floats
+    codes: NDArray[np.int64]
+
+
+def refinable(setting: Setting) -> bool:
+    """Whether an arm is an almost ideal one of six joints, asked for its whole pose."""
+    arm = setting.arm
+    return arm.form is not None and not arm.exact and not arm.locked and setting.robot.n == 6 and setting.task == "pose"
+
+
+def refined_rows(setting: Setting, T: PoseMatrix, q0: JointVector) -> RefinedRows:
+    """All rows of poses, refined.
+
+    Args:
+        setting: of a `refinable` arm.
+        T: (k, 4, 4) clean poses; rows of NaN are none.
+        q0: (m,) coordinates near which angles are wound.
+    """
+    form = setting.arm.form
+    assert form is not None
+    q, columns, _ = form.labelled(T, q0, turns_of(q0), *setting.bounds)
+    details = CandidateTable.of(columns)
+    defect, size = form.pattern.defect, max(1.0, form.pattern.size)
+    least = max(LEAST_MARGIN, float(np.sqrt(CLEAR_OF_FOLDS * defect)))
+    exists = np.isfinite(q).all(axis=-1) & (details.subproblem_residual <= least * size)
+    apart = (details.margin >= least) & (details.free == 0) & (details.subproblem_residual <= REACHED)
+    absent = details.subproblem_residual > least * size
+    where = np.nonzero(exists)
+    moved, errors = _move(setting, q[where], T[where[0]])
+    residual = np.full(exists.shape, np.nan)
+    residual[where] = np.where(errors <= CLEAR, errors, np.nan)
+    q[where] = wound_near(moved, q0, setting.lower, setting.upper, setting.revolute)
+    clear = (absent | (apart & np.isfinite(residual))).all(axis=-1)
+    return RefinedRows(clear, q, residual, np.nan_to_num(details.code).astype(np.int64))
+
+
+def beside_folds(setting: Setting, T: PoseMatrix, q0: JointVector) -> tuple[JointVector, Floats]:
+    """Solutions of poses beside folds, sought from rows and from both sides of them; nothing is proven.
+
+    Two rows that meet on the ideal arm are two, one or none on the arm as it is, apart along the direction in which the
+    Jacobian is weakest: Newton's method is begun at several distances along it.
+
+    Args:
+        setting: of a `refinable` arm.
+        T: (k, 4, 4) clean poses.
+        q0: (m,) coordinates near which angles are wound.
+
+    Returns:
+        (k, `MOST`, m) solutions in front and (k, `MOST`) their errors, NaN beyond.
+    """
+    form, n = setting.arm.form, setting.robot.n
+    assert form is not None
+    starts = form.labelled(T, q0, turns_of(q0), *setting.bounds)[0]
+    pose_of, row = np.nonzero(np.isfinite(starts).all(axis=-1))
+    q, _ = _move(setting, starts[pose_of, row], T[pose_of], PATIENT, FINEST)
+    weakest = np.linalg.svd(setting.scaled_jacobians(q))[2][:, -1]
+    ways = np.concatenate([[0.0], WAYS, -WAYS])
+    tries = (q[:, None] + ways[:, None] * weakest[:, None]).reshape(-1, n)
+    owner = np.repeat(pose_of, len(ways))
+    tries, errors = _move(setting, tries, T[owner], PATIENT, FINEST)
+    found, error = np.full((len(T), MOST, n), np.nan), np.full((len(T), MOST), np.nan)
+    for i in range(len(T)):
+        mine = np.flatnonzero((owner == i) & (errors <= CLOSED))
+        mine = mine[np.argsort(errors[mine], kind="stable")]
+        kept = mine[distinct(tries[mine], setting.revolute, SAME_AT_DOUBLE_ROOT)][:MOST]
+        found[i, : len(kept)] = wound_near(tries[kept], q0, setting.lower, setting.upper, setting.revolute)
+        error[i, : len(kept)] = errors[kept]
+    return found, error
+
+
+def _move(
+    setting: Setting, q: JointVector, T: PoseMatrix, steps: int = STEPS, last: float = QUADRATIC
+) -> tuple[JointVector, Floats]:
+    """(j, m) rows where Newton's method leads them, and (j,) their errors, the larger of angle and distance."""
+    plan = setting.newton
+    q, errors = q.copy(), np.full(len(q), np.inf)
+    for begin in range(0, len(q), KEPT_ROWS):
+        part = slice(begin, begin + KEPT_ROWS)
+        rows = np.arange(*part.indices(len(q)))
+        for _ in range(steps):
+            if not len(rows):
+                break
+            out = plan.step.ufunc(q[rows], T[rows], plan.vector)
+            q[rows] = out[:, : q.shape[1]]
+            rows = rows[np.abs(out[:, q.shape[1] :]).max(axis=1) > last]
+        left = plan.check.ufunc(q[part], T[part], plan.vector)[:, 16:]
+        errors[part] = np.maximum(np.linalg.norm(left[:, :3], axis=1), np.linalg.norm(left[:, 3:], axis=1))
+    return q, errors

@@ -3,6 +3,12 @@
 1. The null space of the Jacobian at a solution, and the directions in it that the second order leaves.
 2. A joint may be chosen where a step of it, to one side at least, can be followed by the others.
 3. A member near by is found by Newton's method in strides, one far away as a row of the closed form.
+
+Along q + t u + t^2 w / 2 + ... the pose stays to second order if J u = 0 and y' (dJ/dt u) = 0 for every y with
+y' J = 0, dJ/dt at rates u: quadratic forms on the null space of the Jacobian. Where two continua cross, each has its
+own direction there; where the forms have no common zero, the solution is isolated though its Jacobian is singular.
+
+Reference: Lerbet, Analytic geometry and singularities of mechanisms, 1998 (the tangent cone).
 """
 
 from __future__ import annotations
@@ -15,31 +21,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.pose_question import SolutionFamily
 from mafsil.ik.answers.setting import Setting, bits
-from mafsil.ik.answers.tangents import tangents
-from mafsil.ik.refine import refine_rows
+from mafsil.ik.refine import refine_rows, wound_near
 from mafsil.ik.structure.closed_form import ClosedForm
-from mafsil.ik.tolerances import FAR_ALONG, REACHED, SAME_AT_DOUBLE_ROOT, SELF_MOTION
-from mafsil.ik.winding import wound_near
+from mafsil.ik.tolerances import DIRECTION, FAR_ALONG, REACHED, SAME_AT_DOUBLE_ROOT, SELF_MOTION, TANGENT
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import Family
 
 if TYPE_CHECKING:
+    import mafsil.ik.redundant.parameter_search as locked_values
     from mafsil.ik.redundant.intervals import BranchIntervals
-
-if TYPE_CHECKING:
-    import mafsil.ik.redundant.locked_values as locked_values
 else:
-    locked_values = lazily("mafsil.ik.redundant.locked_values")
+    locked_values = lazily("mafsil.ik.redundant.parameter_search")
 
+
+STARTS = 64
+"""Directions from which common zeros of the forms are sought."""
+TANGENT_STEPS = 30
+"""Newton steps from each."""
 STEPS = (0.02, 2e-3, 2e-4)
 """Motions that prove a continuum [rad | m]; the small ones where a joint is known to be free and an end is near."""
-
 STRIDE = 0.05
 """Way along a family that Newton's method goes at once [rad | m]."""
-
 PATIENT = 40
 """Newton steps at the end of a family, where an elbow is straight and each of them halves the error only."""
 
@@ -200,3 +205,36 @@ class Continua:
             q = moved[0]
             ahead = q - before
         return q
+
+
+def tangents(setting: Setting, q: JointVector, null: Floats, left: Floats) -> Floats | None:
+    """(k, n) unit directions that leave the pose as it is to second order; None where all of the null space do.
+
+    Args:
+        setting: the arm.
+        q: (n,) a solution.
+        null: (m, n) orthonormal rows, the null space of its Jacobian.
+        left: (6, l) orthonormal columns y with y' J = 0.
+    """
+    if len(null) < 2:
+        return None
+    rates = np.array([setting.scaled_jacobian_rate(q, direction) for direction in null])
+    forms = left.T @ rates @ null.T
+    forms = (forms + forms.transpose(2, 1, 0)) / 2
+    if np.abs(forms).max(initial=0.0) <= DIRECTION:
+        return None
+    u = np.random.default_rng(0).normal(size=(STARTS, len(null)))
+    for _ in range(TANGENT_STEPS):
+        u /= np.linalg.norm(u, axis=1, keepdims=True)
+        pulled = np.einsum("alb,kb->kla", forms, u)
+        # The forms and their slopes, and the length kept: else Newton's method would only shorten u.
+        slopes = np.concatenate([2 * pulled, u[:, None]], axis=1)
+        values = np.concatenate([pulled @ u[:, :, None], np.zeros((STARTS, 1, 1))], axis=1)
+        u = u - (np.linalg.pinv(slopes, rcond=TANGENT) @ values)[:, :, 0]
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    worst = np.abs(np.einsum("ka,alb,kb->kl", u, forms, u)).max(axis=1)
+    kept: list[Floats] = []
+    for direction in u[worst <= DIRECTION] @ null:
+        if all(abs(float(direction @ other)) < 1 - TANGENT for other in kept):
+            kept.append(direction)
+    return np.reshape(kept, (-1, len(q)))

@@ -25,18 +25,17 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.refine import least_squares, refine_rows
+from mafsil.ik.refine import least_squares, refine_rows, wound_near
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import FINEST, HIDDEN, PART_OF_BEND, REACHED, SELF_MOTION, STRAIGHT
-from mafsil.ik.winding import wound_near
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE, ON_LIMIT, WRIST_JOINTS
 
 if TYPE_CHECKING:
-    import mafsil.ik.winding_loops as winding_loops
+    import mafsil.ik.refine_loops as winding_loops
 else:
-    winding_loops = lazily("mafsil.ik.winding_loops")
+    winding_loops = lazily("mafsil.ik.refine_loops")
 
 NEARLY = 1e-2
 """Angle up to which a wrist may be straight but for rounding [rad]: four merged roots are split by its fourth root."""

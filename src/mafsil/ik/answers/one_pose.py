@@ -13,20 +13,19 @@ from mafsil.ik.answers.lists import complete, refined_lists
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import Quick, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.problem import clean_poses, printed_pose
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
-from mafsil.ik.result import IKStatus
+from mafsil.ik.result import IKStatus, clean_poses, printed_pose
 from mafsil.ik.tolerances import REACHED
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    import mafsil.ik.answers.redundant_single as redundant_single
+    import mafsil.ik.answers.redundant_batch as redundant_single
     import mafsil.ik.redundant.at_parameter as at_parameter
-    import mafsil.ik.winding_loops as winding_loops
+    import mafsil.ik.refine_loops as winding_loops
 else:
     at_parameter = lazily("mafsil.ik.redundant.at_parameter")
-    redundant_single = lazily("mafsil.ik.answers.redundant_single")
-    winding_loops = lazily("mafsil.ik.winding_loops")
+    redundant_single = lazily("mafsil.ik.answers.redundant_batch")
+    winding_loops = lazily("mafsil.ik.refine_loops")
 
 POSE = (4, 4)
 CAREFUL, NONE, NO_POSE, REPEATED = (

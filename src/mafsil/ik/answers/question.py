@@ -10,21 +10,19 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.candidate_table import Candidates, CandidateTable, without_branch
-from mafsil.ik.answers.eliminated import proven_set
+from mafsil.ik.answers.eliminated import proven_set, refinable, refined_rows
 from mafsil.ik.answers.families import Continua
-from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.lists import SELF_MOTION, complete, moving_joints, straighten_wrist
-from mafsil.ik.answers.refined_rows import refinable, refined_rows
+from mafsil.ik.answers.pose_question import SolutionFamily
 from mafsil.ik.answers.refusal import Refusal, refusal, verdict_without_solution
 from mafsil.ik.answers.search import Search, Start, start_of
 from mafsil.ik.answers.setting import Setting, bits, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.refine import distinct, least_squares, refine_rows
+from mafsil.ik.refine import distinct, least_squares, refine_rows, wound_near
 from mafsil.ik.result import IKStatus
 from mafsil.ik.structure.analysis import Analysis
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import PLACE, REACHED, SAME_AT_DOUBLE_ROOT
-from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE
 

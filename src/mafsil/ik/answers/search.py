@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting, bits
-from mafsil.ik.refine import pose_errors, refine_rows, residuals
+from mafsil.ik.refine import pose_errors, refine_rows, residuals, wound_near
 from mafsil.ik.structure.closed_form import Branches, ClosedForm
 from mafsil.ik.tolerances import SELF_MOTION
-from mafsil.ik.winding import wound_near
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:

@@ -14,10 +14,8 @@ from mafsil.ik.answers.question import SELF_MOTION, Question
 from mafsil.ik.answers.redundant_batch import BatchRows, finite_poses
 from mafsil.ik.answers.search import RESTARTS, SEARCHES
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.problem import clean_poses
-from mafsil.ik.refine import pose_errors, refine_rows, residuals
-from mafsil.ik.result import IKStatus
-from mafsil.ik.winding import wound_near
+from mafsil.ik.refine import pose_errors, refine_rows, residuals, wound_near
+from mafsil.ik.result import IKStatus, clean_poses
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:

@@ -27,9 +27,9 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import rotation
 from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.answers.candidate_table import CandidateTable
-from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
-from mafsil.ik.numerical.task import pose_task
-from mafsil.ik.problem import reach_bound
+from mafsil.ik.chain import MovingPart, middle_of, moving_part
+from mafsil.ik.numerical.problem import pose_task
+from mafsil.ik.result import reach_bound
 from mafsil.ik.structure.analysis import Analysis, Task, analysis, structure_in_doubt
 from mafsil.ik.tolerances import EXACT_POSE, NEARLY_REACHED
 from mafsil.kernels.lazy import lazy

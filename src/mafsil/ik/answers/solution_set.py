@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import islice, product
 from typing import TYPE_CHECKING, Any
 
@@ -14,24 +13,22 @@ from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.ik.answers.branch import Branch
+from mafsil.ik.answers.branch import Branch, angle_units, solution_table
 from mafsil.ik.answers.candidate_table import CandidateTable
-from mafsil.ik.answers.family import SolutionFamily
-from mafsil.ik.answers.pose_question import PoseQuestion
+from mafsil.ik.answers.pose_question import LimitExcess, PoseQuestion, SolutionFamily, _listed
 from mafsil.ik.answers.setting import Setting, folding, nearly_there, structure_decides
-from mafsil.ik.answers.solution_table import angle_units, solution_table
+from mafsil.ik.refine import TURN
 from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, WHOLE_TURN
-from mafsil.ik.winding import TURN
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 
 if TYPE_CHECKING:
-    import mafsil.ik.winding_loops as winding_loops
+    import mafsil.ik.refine_loops as winding_loops
 else:
-    winding_loops = lazily("mafsil.ik.winding_loops")
+    winding_loops = lazily("mafsil.ik.refine_loops")
 
 ROUNDED_LIMIT = 1e-12
 """By how much a joint may seem beyond its limit by rounding, which is not said [rad | m]."""
@@ -45,29 +42,6 @@ SENTENCES = {
     IKStatus.NOT_FOUND_WITHIN_LIMITS: "ik.set_not_found_within_limits",
 }
 """How the answer to one pose explains a status, with its numbers."""
-
-
-@dataclass(frozen=True)
-class LimitExcess:
-    """A joint that a solution needs beyond its limit.
-
-    Attributes:
-        joint: its name.
-        value: what the solution needs.
-        limit: what is allowed.
-        excess: their distance.
-        unit: of the numbers: `rad` or `m`, or `deg` where an answer in degrees was asked for.
-    """
-
-    joint: str
-    value: float
-    limit: float
-    excess: float
-    unit: str
-
-    def explain(self, language: str | None = None) -> str:
-        """The sentence."""
-        return say("ik.limit_excess", language=language, **vars(self))
 
 
 class SolutionSet(Answer, data="complete in_doubt method q residual within", entries="q"):
@@ -421,9 +395,3 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
             return [x]
         first, last = int(np.ceil((low - x) / TURN - WHOLE_TURN)), int(np.floor((high - x) / TURN + WHOLE_TURN))
         return [x + k * TURN for k in range(first, last + 1)]
-
-
-def _listed(numbers: list[int]) -> str:
-    """Increasing numbers, runs of three and more as ranges: 1-4, 6, 7."""
-    runs = np.split(np.array(numbers), np.flatnonzero(np.diff(numbers) != 1) + 1)
-    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)

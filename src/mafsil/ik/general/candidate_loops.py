@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.ik.general.closed_chain_loops import apply_joint, unit
 from mafsil.ik.general.elimination_loops import reflect_column
+from mafsil.ik.general.polish_loops import apply_joint, unit
 from mafsil.kernels.loops.lanes import buffer, lanes, magnitude, part, put, spread, square_root, where
 from mafsil.kernels.loops.loop import reordered
 

@@ -14,7 +14,7 @@ from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination import Elimination
 from mafsil.ik.general.findings import MOST, Findings, loop_frames
 from mafsil.ik.general.prismatic import ThreePrismatic, TwoPrismatic
-from mafsil.ik.problem import clean_poses
+from mafsil.ik.result import clean_poses
 from mafsil.ik.tolerances import ADDED_STILL, NO_EXTENT, SAME
 from mafsil.kernels.lazy import lazy
 

@@ -1,2 +1,2 @@
+from mafsil.ik.numerical.problem import TaskKind as TaskKind
 from mafsil.ik.numerical.solve import solve_ik as solve_ik
-from mafsil.ik.numerical.task import TaskKind as TaskKind

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mafsil import threads
 from mafsil.arrays import Floats, JointVector, PoseMatrix, real_array
 from mafsil.ik.numerical.batch_loops import solve_batch
-from mafsil.ik.numerical.problem import problem_of
+from mafsil.ik.numerical.problem import PoseTask, pose_task, problem_of
 from mafsil.ik.numerical.records import (
     BEGUN,
     CONFIGURATION,
@@ -26,7 +26,6 @@ from mafsil.ik.numerical.records import (
     Whole,
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan, new_search
-from mafsil.ik.numerical.task import PoseTask, pose_task
 from mafsil.ik.result import CODES, IKResult, IKStatus
 from mafsil.kernels.loops import Held, hold
 from mafsil.robot import Robot

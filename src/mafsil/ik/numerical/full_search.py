@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil import threads
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, as_batch
+from mafsil.errors import InputError
 from mafsil.ik.numerical.fast_search import BLOCK
-from mafsil.ik.numerical.preferred import PreferredConfiguration, approach_goal
-from mafsil.ik.numerical.problem import problem_of
+from mafsil.ik.numerical.problem import PoseProblem, PoseTask, problem_of
 from mafsil.ik.numerical.records import (
     BEGUN,
     CONFIGURATION,
@@ -26,17 +27,22 @@ from mafsil.ik.numerical.records import (
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.result import CODES, IKStatus
-from mafsil.ik.tolerances import EXACT_POSE, ON_LIMIT
+from mafsil.ik.tolerances import EXACT_POSE, LEAST_GAIN, NEARLY_REACHED, ON_LIMIT, STILL
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    import mafsil.ik.numerical.exact_starts as exact_starts
+    import mafsil.ik.structure.analysis as analysis
 else:
-    exact_starts = lazily("mafsil.ik.numerical.exact_starts")
+    analysis = lazily("mafsil.ik.structure.analysis")
 
+
+TURN = 2.0 * np.pi
+SELF_MOTION_STEPS = 300
+"""Most steps of self-motion."""
+LONGEST = 0.2
+"""Longest step of self-motion [rad | m]: the task is left by its square, and brought back by the next step."""
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
-
 EXACT_FROM = 8
 """Attempts after which a pose that was not found is looked up in the arm's closed form; fewer restarts than that are
 asked for by those who want the solution near their own start, or none."""
@@ -149,9 +155,7 @@ class FullSearch:
         if not len(failed) or perf_counter() >= self.deadline:
             return
         q0 = self._initial_guess(rows)
-        starts = exact_starts.exact_starts(
-            self.plan.problem, self.plan.task, T[failed], q0 if len(q0) == 1 else q0[failed]
-        )
+        starts = exact_starts(self.plan.problem, self.plan.task, T[failed], q0 if len(q0) == 1 else q0[failed])
         if starts is None:
             return
         open_rows, branch = np.nonzero(np.isfinite(starts).all(axis=-1))
@@ -224,3 +228,135 @@ class FullSearch:
         for row, q_excess in zip(rows[good], excess[good], strict=True):
             codes[row] = CODES[IKStatus.BEYOND_LIMITS]
             self.worst[start + int(row)] = problem.robot.joint_names[int(q_excess.argmax())]
+
+
+@dataclass(frozen=True, eq=False)
+class PreferredConfiguration:
+    """Minimise the sum of w_i (q_i - q_preferred_i)^2 over the self-motion.
+
+    Attributes:
+        q: (k, n) or (1, n) [rad | m].
+        weights: (n,) the largest is one.
+    """
+
+    q: JointVector
+    weights: Floats
+
+    def of(self, rows: slice) -> PreferredConfiguration:
+        """The goal for some rows."""
+        return self if len(self.q) == 1 else PreferredConfiguration(self.q[rows], self.weights)
+
+    def cost(self, q: JointVector) -> Floats:
+        """(k,) the sum."""
+        return ((q - self.q) ** 2 * self.weights).sum(axis=1)
+
+
+def preferred_configuration(
+    problem: PoseProblem, q: JointVector, weights: ArrayLike | None
+) -> PreferredConfiguration | None:
+    """The goal of a user, or None.
+
+    Args:
+        problem: the frame.
+        q: (k, n) preferred, or (0, n) for none.
+        weights: (n,) or None.
+
+    Raises:
+        InputError: weights that are negative or all zero.
+    """
+    if not len(q):
+        return None
+    n = problem.robot.n
+    given = np.ones(n) if weights is None else as_batch("preferred_weights", weights, (n,), finite=True)
+    if (given < 0.0).any() or not given.any():
+        raise InputError("ik.weight", name="preferred_weights", value=float(given.min()))
+    return PreferredConfiguration(q, given / given.max())
+
+
+def approach_goal(
+    plan: SearchPlan,
+    best: Floats,
+    T_sd: Floats,
+    goal: PreferredConfiguration,
+    good: NDArray[np.bool_],
+    deadline: float = np.inf,
+) -> None:
+    """Move solutions along their self-motion towards the goal; those that gain by it replace the first ones.
+
+    Args:
+        plan: of the search.
+        best: (k, n + 1) solutions, changed.
+        T_sd: (k, 16).
+        goal: the preferred configuration.
+        good: (k,) which rows are solutions.
+        deadline: of `perf_counter`.
+    """
+    rows = np.flatnonzero(good)
+    if not len(rows):
+        return
+    local = goal if len(goal.q) == 1 else PreferredConfiguration(goal.q[rows], goal.weights)
+    q_preferred = np.broadcast_to(local.q, (len(rows), best.shape[1] - 1))
+    start = best[rows, :-1].copy()
+    q = _descend(plan, start, T_sd[rows], q_preferred, goal.weights, deadline)
+    once = np.ones(len(rows), np.int64)
+    back, _ = plan.run(T_sd[rows], q, once, trust=False, deadline=np.inf)
+    fine = plan.check_best(back, T_sd[rows])[3] == 1
+    gains = fine & (local.cost(back[:, :-1]) < local.cost(start))
+    best[rows[gains]] = back[gains]
+
+
+def _descend(
+    plan: SearchPlan, start: JointVector, T_sd: Floats, q_preferred: JointVector, weights: Floats, deadline: float
+) -> JointVector:
+    """(k, n) where the self-motion towards the preferred configuration comes to rest."""
+    n = start.shape[1]
+    q, step = start.copy(), plan.problem.step_with_self_motion(plan.task.one_axis, plan.task.aligned).ufunc
+    moving, gain, cost = np.arange(len(q)), np.ones(len(q)), np.full(len(q), np.inf)
+    for _ in range(SELF_MOTION_STEPS):
+        gap = q_preferred[moving] - q[moving]
+        now = (weights * gap * gap).sum(axis=1)
+        # A step that did not pay was too long for the curvature of the self-motion.
+        gain[moving] = np.where(now < cost[moving], np.minimum(1.0, 1.3 * gain[moving]), 0.5 * gain[moving])
+        cost[moving] = now
+        z = weights * gap
+        size = np.linalg.norm(z, axis=1)
+        pace = gain[moving] * np.minimum(1.0, LONGEST / np.maximum(size, LONGEST))
+        out = step(q[moving], T_sd[moving].reshape(-1, 4, 4), plan.vector, pace[:, None] * z)
+        q[moving] = out[:, :n]
+        still = np.abs(out[:, n + 6 :]).max(axis=1, initial=0.0) <= STILL * pace
+        moving = moving[~still & (gain[moving] > LEAST_GAIN)]
+        if not len(moving) or perf_counter() >= deadline:
+            break
+    return q
+
+
+def exact_starts(problem: PoseProblem, task: PoseTask, T_sd: Floats, near: JointVector) -> JointVector | None:
+    """Solutions of the arm's own closed form within the limits, the nearest first.
+
+    Args:
+        problem: the frame and its bounds.
+        task: what counts.
+        T_sd: (k, 16) clean poses.
+        near: (k, n) or (1, n) what they are to be near to.
+
+    Returns:
+        (k, branches, n), NaN where there are fewer; None where the arm has no closed form for this task.
+    """
+    whole_pose = task.kind == "pose" and task.dimension == 6
+    if problem.frame is not None or not whole_pose or problem.robot.mechanism.loops:
+        return None
+    arm = analysis.analysis(problem.robot.mechanism)
+    if arm.form is None or not arm.exact or arm.locked:
+        return None
+    branches = arm.form.solve(T_sd.reshape(-1, 4, 4))
+    q, revolute = branches.q, problem.revolute == 1
+    # Angles come within half a turn of zero: first near to the given, then up or down into the bounds.
+    q = q - np.where(revolute, TURN * np.round((q - near[:, None]) / TURN), 0.0)
+    q = q + np.where(revolute & (q < problem.lower), TURN * np.ceil((problem.lower - q) / TURN - NEARLY_REACHED), 0.0)
+    q = q - np.where(revolute & (q > problem.upper), TURN * np.ceil((q - problem.upper) / TURN - NEARLY_REACHED), 0.0)
+    fits = (q >= problem.lower - NEARLY_REACHED) & (q <= problem.upper + NEARLY_REACHED)
+    good = fits.all(axis=-1) & (branches.residual <= NEARLY_REACHED)
+    far = np.where(good, np.abs(q - near[:, None]).max(axis=-1), np.inf)
+    order = np.argsort(far, axis=1, kind="stable")
+    q[~good] = np.nan
+    return np.take_along_axis(q, order[..., None], axis=1)

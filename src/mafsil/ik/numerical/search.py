@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.ik.numerical.batch_loops import resume
-from mafsil.ik.numerical.pose_loops import check, clean, wind
-from mafsil.ik.numerical.problem import PoseProblem
+from mafsil.ik.numerical.batch_loops import check, clean, resume, wind
+from mafsil.ik.numerical.problem import PoseProblem, PoseTask
 from mafsil.ik.numerical.records import (
     ALLOWED,
     FEATURE_GROUP,
@@ -31,8 +30,7 @@ from mafsil.ik.numerical.records import (
     Whole,
 )
 from mafsil.ik.numerical.search_loops import PATIENT, TRUSTED
-from mafsil.ik.numerical.task import PoseTask
-from mafsil.ik.problem import ORTHOGONALITY
+from mafsil.ik.result import ORTHOGONALITY
 from mafsil.ik.tolerances import ONE_MORE
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy

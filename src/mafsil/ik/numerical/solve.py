@@ -11,14 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError, MafsilWarning, ModelError, warn
-from mafsil.ik.moving_part import MovingPart
+from mafsil.ik.chain import MovingPart
 from mafsil.ik.numerical.fast_search import SOLVED, FastSearch, Report, hashable, search_of
-from mafsil.ik.numerical.full_search import FullSearch
-from mafsil.ik.numerical.preferred import preferred_configuration
+from mafsil.ik.numerical.full_search import FullSearch, preferred_configuration
+from mafsil.ik.numerical.problem import TaskKind, WeightAxes
 from mafsil.ik.numerical.records import WINNER
-from mafsil.ik.numerical.task import TaskKind, WeightAxes
-from mafsil.ik.problem import printed_pose
-from mafsil.ik.result import CODES, IKResult, IKStatus
+from mafsil.ik.result import CODES, IKResult, IKStatus, printed_pose
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot

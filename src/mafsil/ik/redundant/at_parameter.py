@@ -15,13 +15,11 @@ from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.search import Search, Start
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
-from mafsil.ik.refine import distinct, refine_rows
-from mafsil.ik.result import IKStatus
+from mafsil.ik.refine import distinct, refine_rows, wound_near
+from mafsil.ik.result import ORTHOGONALITY, IKStatus, clean_poses, printed_pose
 from mafsil.ik.tolerances import AT_LIMIT, INWARDS, NEARLY_REACHED, ON_LIMIT
-from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import preset
 
 TRIED = 24

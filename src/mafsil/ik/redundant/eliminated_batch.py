@@ -14,14 +14,12 @@ from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.redundant_batch import BatchRows, finite_poses
 from mafsil.ik.answers.search_batch import regular, sought_within_limits
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.at_parameter import BESIDE, TRIED, answer_at
 from mafsil.ik.redundant.form import Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
-from mafsil.ik.refine import refine_rows
-from mafsil.ik.result import IKStatus
+from mafsil.ik.refine import refine_rows, wound_near
+from mafsil.ik.result import IKStatus, clean_poses
 from mafsil.ik.tolerances import AT_LIMIT, NEARLY_REACHED, SAME
-from mafsil.ik.winding import wound_near
 
 ROWS = 16
 """Most solutions of six joints."""

@@ -16,20 +16,22 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.answers.setting import setting
-from mafsil.ik.chain import Chain, chain_of
+from mafsil.ik.chain import Chain, chain_of, moving_part
 from mafsil.ik.general import GeneralSix
-from mafsil.ik.moving_part import moving_part
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certify_intervals, programs, range_of
-from mafsil.ik.redundant.parametric_form import ParametricForm, form_of_pattern, has_redundant_joints, parametric_form
-from mafsil.ik.redundant.parametric_solutions import ParametricSolutions
-from mafsil.ik.refine import refine_rows
-from mafsil.ik.structure.analysis import analysis
+from mafsil.ik.redundant.parametric_form import (
+    ParametricForm,
+    ParametricSolutions,
+    form_of_pattern,
+    has_redundant_joints,
+    parametric_form,
+)
+from mafsil.ik.refine import refine_rows, wound_near
+from mafsil.ik.result import ORTHOGONALITY, clean_poses, printed_pose
+from mafsil.ik.structure.analysis import analysis, recognise_locked
 from mafsil.ik.structure.closed_form import ClosedForm
-from mafsil.ik.structure.recognise import recognise_locked
 from mafsil.ik.tolerances import INSIDE, REACHED, RELATIVELY
-from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot, of_robot
 

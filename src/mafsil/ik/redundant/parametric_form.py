@@ -1,17 +1,26 @@
-"""The closed form of an arm with redundant joints as kernels that take these joints' values as an input."""
+"""The closed form of an arm with redundant joints, whose values are an input, and the configurations it gives."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mafsil import kernels
+from mafsil.answer import Answer, Status
+from mafsil.arrays import Floats, JointVector
 from mafsil.ik.answers.setting import BENT, CLEAR, NEARLY, SPLIT, Setting
-from mafsil.ik.tolerances import APART_BRANCH, FREE_BRANCH, NEARLY_REACHED
+from mafsil.ik.tolerances import APART_BRANCH, FREE_BRANCH, NEARLY_REACHED, REACHED
 from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmAnglePattern, ArmPattern
+from mafsil.messages import say
+from mafsil.messages.tables import on_screen, table
 
 if TYPE_CHECKING:
     import mafsil.mechanics.closed_form.function as function
@@ -21,8 +30,8 @@ else:
     function = lazily("mafsil.mechanics.closed_form.function")
     parametric = lazily("mafsil.mechanics.closed_form.parametric")
 
-Numbers = tuple[float, ...]
 
+Numbers = tuple[float, ...]
 Pattern: TypeAlias = ArmPattern | ArmAnglePattern
 """Of arms that are solved once a parameter is given: values of redundant joints, or the arm angle."""
 
@@ -124,3 +133,79 @@ def _compile(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port,
 def _build(pattern: Pattern, kind: str, numbers: Numbers) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
     return function.parametric_function(pattern, kind, parametric.Thresholds(*numbers))
+
+
+class ParameterStatus(Status):
+    """What was found at the values of the parameter; it says nothing about other values."""
+
+    FOUND = ("ik.parameter_found", True)
+    BEYOND_LIMITS = ("ik.parameter_beyond_limits", False)
+    NOT_FOUND = ("ik.parameter_not_found", False)
+
+
+STATUSES = np.array(tuple(ParameterStatus), dtype=np.object_)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ParametricSolutions(Answer, data="values q residual within labelled"):
+    """Configurations at values of the free parameter: true if every pose has one within the limits.
+
+    Attributes:
+        values: (*batch, m) of the parameter [rad | m].
+        q: (*batch, m, branches, 7) joint coordinates, wound into the limits where possible; NaN where there is none.
+        residual: (*batch, m, branches) by which forward kinematics misses the pose; NaN where there is none.
+        within: (*batch, m, branches) whether the configuration is one, and within the joint limits.
+        labelled: whether a branch keeps its place along the parameter.
+    """
+
+    values: Floats
+    q: JointVector
+    residual: Floats
+    within: NDArray[np.bool_]
+    labelled: bool
+
+    @property
+    def solved(self) -> NDArray[np.bool_]:
+        """(*batch,) which poses have a configuration within the limits."""
+        return np.asarray(self.within.any(axis=(-2, -1)), dtype=np.bool_)
+
+    @property
+    def exists(self) -> NDArray[np.bool_]:
+        """(*batch, m, branches) where there is a configuration, within the limits or not."""
+        return np.asarray(self.residual <= REACHED, dtype=np.bool_)
+
+    @property
+    def status(self) -> Any:
+        """What was found, a member of `ParameterStatus`; of a batch an array (*batch,) of them."""
+        codes = np.where(self.solved, 0, np.where(self.exists.any(axis=(-2, -1)), 1, 2))
+        return STATUSES[codes]
+
+    def __bool__(self) -> bool:
+        return bool(self.solved.all())
+
+    def __len__(self) -> int:
+        return len(self.values) if self.values.ndim > 1 else 1
+
+    def __iter__(self) -> Iterator[ParametricSolutions]:
+        if self.values.ndim == 1:
+            return iter((self,))
+        rows = zip(self.values, self.q, self.residual, self.within, strict=True)
+        return (ParametricSolutions(*row, self.labelled) for row in rows)
+
+    def explain(self, language: str | None = None) -> str:
+        """How many configurations there are, and how many within the limits; of a batch, how many poses have one."""
+        if self.values.ndim > 1:
+            solved, count = int(self.solved.sum()), self.solved.size
+            return say("ik.parameter_batch", language=language, solved=solved, count=count)
+        counts = {"count": int(self.exists.sum()), "allowed": int(self.within.sum()), "values": len(self.values)}
+        return self.status.sentence(language, **counts)
+
+    def __repr__(self) -> str:
+        if self.values.ndim > 1:
+            return on_screen(self.explain())
+        head = [say(f"ik.column_{name}") for name in ("value", "solutions", "allowed", "residual")]
+        rows = [
+            [f"{value:.4f}", str(int(at.sum())), str(int(allowed.sum())), f"{off[at].max(initial=0.0):.0e}"]
+            for value, at, allowed, off in zip(self.values, self.exists, self.within, self.residual, strict=True)
+        ]
+        return on_screen("\n".join([self.explain(), *table(head, rows)]))

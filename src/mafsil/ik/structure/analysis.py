@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, islice
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from mafsil.algebra.tolerance import DESCRIBED
+from mafsil.geometry import pose
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.structure.closed_form import ClosedForm
-from mafsil.ik.structure.recognise import recognise_locked, simpler_within_rounding
+from mafsil.ik.structure.recognise import (
+    patterns_with_orientation,
+    point_patterns,
+    recognise,
+)
 from mafsil.ik.tolerances import DEFECT
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.arm_pattern import ArmPattern
+from mafsil.mechanics.arm_pattern import ArmPattern, Family, LockedJoint, PositioningMethod
 from mafsil.model import Mechanism
 from mafsil.robot import Robot, of_robot
 
@@ -170,3 +176,96 @@ def _locked_sets(chain: Chain, excess: int) -> Iterator[tuple[int, ...]]:
     real = [k for k in range(len(chain)) if chain.joints[k] >= 0]
     for locked in islice(combinations(reversed(real), excess), MOST_SETS):
         yield tuple(sorted(locked))
+
+
+def recognise_locked(chain: Chain, n: int, locked: tuple[int, ...], *, orientation: bool = True) -> ArmPattern | None:
+    """The closed form of the other joints, whatever values the locked ones take; None without.
+
+    Args:
+        chain: of the robot, base first.
+        n: number of its coordinates.
+        locked: positions in the chain, increasing.
+        orientation: as for `recognise`.
+    """
+    if not locked:
+        return recognise(chain, n, orientation=orientation)
+    generic, seen = 0.4567 * chain.size, _lock(chain, locked)
+    candidates = patterns_with_orientation(seen, n) if orientation else point_patterns(seen, n)
+    for pattern in candidates:
+        if pattern.shifted:
+            continue
+        if pattern.defect <= DEFECT and not _split(pattern, chain, locked):
+            return _release(pattern, chain, locked, generic)
+    return None
+
+
+def simpler_within_rounding(chain: Chain, n: int, locked: tuple[int, ...], *, orientation: bool = True) -> bool | None:
+    """Whether a description of six digits leaves open that the arm has a simpler closed form than its exact one.
+
+    Args:
+        chain, n, locked, orientation: as for `recognise_locked`.
+
+    Returns:
+        None where there is neither an exact closed form nor one within rounding.
+    """
+    seen = _lock(chain, locked)
+    for pattern in patterns_with_orientation(seen, n) if orientation else point_patterns(seen, n):
+        if locked and pattern.shifted:
+            continue
+        if pattern.defect <= DESCRIBED and not (locked and _split(pattern, chain, locked)):
+            return pattern.defect > DEFECT
+    return None
+
+
+def _lock(chain: Chain, locked: tuple[int, ...]) -> Chain:
+    """The chain without the locked joints, at generic values of these."""
+    generic, seen = 0.4567 * chain.size, chain
+    for k in reversed(locked):
+        seen = seen.lock_joint(k, generic if chain.prismatic[k] else 0.4567)
+    return seen
+
+
+def _split(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...]) -> bool:
+    """Whether a locked joint moves parts of the pattern that must not move against each other."""
+    groups: list[tuple[int, ...]] = []
+    if pattern.family is Family.PLANAR:
+        groups.append((0, 1, 2))
+    if pattern.family is Family.SPHERICAL_WRIST:
+        groups.append((3, 4, 5))
+    if pattern.family is Family.THREE_PARALLEL:
+        groups.extend([(1, 2, 3), (4, 5)])
+    elif pattern.family is Family.LINKED:
+        groups.append((1, 2, 3))
+    elif pattern.positioning is not PositioningMethod.QUARTIC:
+        pair = (0, 1) if (pattern.positioning is PositioningMethod.MEET) != pattern.positioning_reversed else (1, 2)
+        groups.append(pair)
+    added = any(j < 0 for j in pattern.joints) and pattern.family not in (Family.POINT, Family.PLANAR)
+    places = [[j for i in group if (j := pattern.joints[i]) >= 0] for group in groups]
+    return added or any(min(place) < chain.joints[k] < max(place) for place in places if place for k in locked)
+
+
+def _release(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...], generic: float) -> ArmPattern:
+    """The pattern at q = 0 of the locked joints, which are then given by their values."""
+    axes, points = pattern.axes.copy(), pattern.points.copy()
+    centre, meeting = pattern.centre, pattern.meeting
+    owners = [j if j >= 0 else len(chain) for j in pattern.joints]
+    tip_last = len(chain) if pattern.family is Family.POINT else owners[2 if pattern.family is Family.PLANAR else 5]
+    for k in locked:
+        E = pose.exp(chain.screws[k] * -(generic if chain.prismatic[k] else 0.4567))
+        for i in (i for i, owner in enumerate(owners) if owner > k):
+            axes[i], points[i] = E[:3, :3] @ axes[i], E[:3, :3] @ points[i] + E[:3, 3]
+        centre = E[:3, :3] @ centre + E[:3, 3] if tip_last > k else centre
+        meeting = E[:3, :3] @ meeting + E[:3, 3] if owners[1] > k else meeting
+    sense = -1.0 if pattern.reversed else 1.0
+    order = locked[::-1] if pattern.reversed else locked
+    given = tuple(
+        LockedJoint(
+            sum((owner < k) != pattern.reversed for owner in owners),
+            sense * chain.axes[k],
+            chain.points[k],
+            chain.prismatic[k],
+            chain.joints[k],
+        )
+        for k in order
+    )
+    return replace(pattern, axes=axes, points=points, centre=centre, meeting=meeting, locked=given, home=chain.home)

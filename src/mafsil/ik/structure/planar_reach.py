@@ -11,8 +11,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Vector3, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.ik.chain import chain_of
-from mafsil.ik.moving_part import moving_part
+from mafsil.ik.chain import chain_of, moving_part
 from mafsil.ik.tolerances import DEFECT
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike

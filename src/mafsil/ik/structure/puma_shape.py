@@ -21,8 +21,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Vector3, not_negative
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik.chain import Chain, chain_of, common_point
-from mafsil.ik.moving_part import moving_part
+from mafsil.ik.chain import Chain, chain_of, common_point, moving_part
 from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot

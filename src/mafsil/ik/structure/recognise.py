@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.arrays import Vector3
-from mafsil.geometry import pose
 from mafsil.ik.chain import Chain, common_point, distance_to_line, meeting_point
 from mafsil.ik.tolerances import COINCIDENT, CONDITIONED, DEFECT, FLAT_CIRCLE, SNAP, WELL_POSED
-from mafsil.mechanics.arm_pattern import ArmPattern, Family, LockedJoint, PositioningMethod
+from mafsil.mechanics.arm_pattern import ArmPattern, Family, PositioningMethod
 
 ALMOST_IDEAL = 0.03
 """Defects up to which the nearest ideal arm's closed form gives seeds that are refined."""
@@ -42,7 +40,7 @@ def recognise(chain: Chain, n: int, *, orientation: bool = True) -> ArmPattern |
         n: number of coordinates of the robot.
         orientation: whether the tip's orientation is asked for, or only its position.
     """
-    candidates = _with_orientation(chain, n) if orientation else _points(chain, n)
+    candidates = patterns_with_orientation(chain, n) if orientation else point_patterns(chain, n)
     best: ArmPattern | None = None
     for pattern in candidates:
         if pattern.defect <= DEFECT:
@@ -53,100 +51,7 @@ def recognise(chain: Chain, n: int, *, orientation: bool = True) -> ArmPattern |
     return best
 
 
-def recognise_locked(chain: Chain, n: int, locked: tuple[int, ...], *, orientation: bool = True) -> ArmPattern | None:
-    """The closed form of the other joints, whatever values the locked ones take; None without.
-
-    Args:
-        chain: of the robot, base first.
-        n: number of its coordinates.
-        locked: positions in the chain, increasing.
-        orientation: as for `recognise`.
-    """
-    if not locked:
-        return recognise(chain, n, orientation=orientation)
-    generic, seen = 0.4567 * chain.size, _lock(chain, locked)
-    candidates = _with_orientation(seen, n) if orientation else _points(seen, n)
-    for pattern in candidates:
-        if pattern.shifted:
-            continue
-        if pattern.defect <= DEFECT and not _split(pattern, chain, locked):
-            return _release(pattern, chain, locked, generic)
-    return None
-
-
-def simpler_within_rounding(chain: Chain, n: int, locked: tuple[int, ...], *, orientation: bool = True) -> bool | None:
-    """Whether a description of six digits leaves open that the arm has a simpler closed form than its exact one.
-
-    Args:
-        chain, n, locked, orientation: as for `recognise_locked`.
-
-    Returns:
-        None where there is neither an exact closed form nor one within rounding.
-    """
-    seen = _lock(chain, locked)
-    for pattern in _with_orientation(seen, n) if orientation else _points(seen, n):
-        if locked and pattern.shifted:
-            continue
-        if pattern.defect <= DESCRIBED and not (locked and _split(pattern, chain, locked)):
-            return pattern.defect > DEFECT
-    return None
-
-
-def _lock(chain: Chain, locked: tuple[int, ...]) -> Chain:
-    """The chain without the locked joints, at generic values of these."""
-    generic, seen = 0.4567 * chain.size, chain
-    for k in reversed(locked):
-        seen = seen.lock_joint(k, generic if chain.prismatic[k] else 0.4567)
-    return seen
-
-
-def _split(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...]) -> bool:
-    """Whether a locked joint moves parts of the pattern that must not move against each other."""
-    groups: list[tuple[int, ...]] = []
-    if pattern.family is Family.PLANAR:
-        groups.append((0, 1, 2))
-    if pattern.family is Family.SPHERICAL_WRIST:
-        groups.append((3, 4, 5))
-    if pattern.family is Family.THREE_PARALLEL:
-        groups.extend([(1, 2, 3), (4, 5)])
-    elif pattern.family is Family.LINKED:
-        groups.append((1, 2, 3))
-    elif pattern.positioning is not PositioningMethod.QUARTIC:
-        pair = (0, 1) if (pattern.positioning is PositioningMethod.MEET) != pattern.positioning_reversed else (1, 2)
-        groups.append(pair)
-    added = any(j < 0 for j in pattern.joints) and pattern.family not in (Family.POINT, Family.PLANAR)
-    places = [[j for i in group if (j := pattern.joints[i]) >= 0] for group in groups]
-    return added or any(min(place) < chain.joints[k] < max(place) for place in places if place for k in locked)
-
-
-def _release(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...], generic: float) -> ArmPattern:
-    """The pattern at q = 0 of the locked joints, which are then given by their values."""
-    axes, points = pattern.axes.copy(), pattern.points.copy()
-    centre, meeting = pattern.centre, pattern.meeting
-    owners = [j if j >= 0 else len(chain) for j in pattern.joints]
-    tip_last = len(chain) if pattern.family is Family.POINT else owners[2 if pattern.family is Family.PLANAR else 5]
-    for k in locked:
-        E = pose.exp(chain.screws[k] * -(generic if chain.prismatic[k] else 0.4567))
-        for i in (i for i, owner in enumerate(owners) if owner > k):
-            axes[i], points[i] = E[:3, :3] @ axes[i], E[:3, :3] @ points[i] + E[:3, 3]
-        centre = E[:3, :3] @ centre + E[:3, 3] if tip_last > k else centre
-        meeting = E[:3, :3] @ meeting + E[:3, 3] if owners[1] > k else meeting
-    sense = -1.0 if pattern.reversed else 1.0
-    order = locked[::-1] if pattern.reversed else locked
-    given = tuple(
-        LockedJoint(
-            sum((owner < k) != pattern.reversed for owner in owners),
-            sense * chain.axes[k],
-            chain.points[k],
-            chain.prismatic[k],
-            chain.joints[k],
-        )
-        for k in order
-    )
-    return replace(pattern, axes=axes, points=points, centre=centre, meeting=meeting, locked=given, home=chain.home)
-
-
-def _with_orientation(chain: Chain, n: int) -> Iterator[ArmPattern]:
+def patterns_with_orientation(chain: Chain, n: int) -> Iterator[ArmPattern]:
     """Every way to see the arm, the simplest closed forms first."""
     yield from _planar(chain, n)
     padded = [arm for seen in (chain, chain.backwards()) for arm in _pad(seen)]
@@ -161,7 +66,8 @@ def _with_orientation(chain: Chain, n: int) -> Iterator[ArmPattern]:
                     yield from _link(seen, n, shifted=shifted)
 
 
-def _points(chain: Chain, n: int) -> Iterator[ArmPattern]:
+def point_patterns(chain: Chain, n: int) -> Iterator[ArmPattern]:
+    """Closed forms for the position of the tip, which three joints move."""
     tip = chain.home[:3, 3]
     for general in (False, True):
         for arm in _three_joints(chain):

@@ -14,10 +14,16 @@ from mafsil.arrays import Floats, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
-from mafsil.performance.singularities.singular_configuration import resolved_task
+from mafsil.performance.singularities.ranks import resolved_task
 from mafsil.performance.tolerances import CLEAR
-from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, scaled_jacobian
-from mafsil.performance.velocity.tasks import Task, task_jacobian
+from mafsil.performance.velocity.jacobians import jacobian_hessian
+from mafsil.performance.velocity.scaling import (
+    Task,
+    characteristic_length,
+    prismatic_joints,
+    scaled_jacobian,
+    task_jacobian,
+)
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import decompositions
 
@@ -364,27 +370,6 @@ def manipulability_gradient(
 
 def _rows(robot: Robot, task: Task | None) -> Task:
     return resolved_task(robot).task if task is None else task
-
-
-@of_robot
-def jacobian_hessian(robot: Robot, q: ArrayLike) -> Floats:
-    """(*batch, n, 6, n) derivatives of the tool Jacobian (axes of {s}, at the tip) by each coordinate.
-
-    Args:
-        robot: the arm.
-        q: (*batch, n) joint coordinates [rad | m].
-    """
-    configuration = as_batch("q", q, (robot.n,))
-    R = robot.forward_kinematics(configuration)[..., None, :3, :3]
-    J_b = robot.jacobian_body(configuration)[..., None, :, :]
-    rate = robot.jacobian_body_rate(configuration[..., None, :], np.eye(robot.n))
-    omega = np.swapaxes(J_b[..., 0, :3, :], -1, -2)[..., None]
-    turned = [part + np.cross(omega, J_b[..., rows, :], axis=-2) for part, rows in _halves(rate)]
-    return np.concatenate([R @ part for part in turned], axis=-2)
-
-
-def _halves(rate: Floats) -> list[tuple[Floats, slice]]:
-    return [(rate[..., :3, :], slice(0, 3)), (rate[..., 3:, :], slice(3, 6))]
 
 
 def _slope(measure: Callable[[Floats], Floats], s: Floats) -> Floats:

@@ -12,6 +12,8 @@ from mafsil.arrays import Floats, Matrix3, Vector3
 from mafsil.messages import say
 from mafsil.performance.singularities.screw_parameters import canonical_direction, vector_text, wrench_screw
 from mafsil.performance.tolerances import CLEAR, DEPENDENT
+from mafsil.performance.velocity.scaling import prismatic_joints
+from mafsil.robot import Robot
 
 LOOSE = 100.0
 """Geometry is read this much more loosely than the rank: a rank drops faster than angles and distances close."""
@@ -291,4 +293,47 @@ def _in_plane(axes: Axes, point: Vector3, normal: Vector3) -> tuple[int, ...]:
     near = [i for i, revolute in enumerate(axes.revolute) if revolute]
     return tuple(
         i for i in near if abs(normal @ axes.w(i)) < axes.loose and abs(normal @ (axes.p(i) - point)) < axes.loose
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """All joint axes of a batch of configurations.
+
+    Attributes:
+        w: (*batch, n, 3) directions of axes and prismatic joints.
+        p: (*batch, n, 3) points of the axes [m].
+        prismatic: (n,).
+        tip: (*batch, 3) [m].
+    """
+
+    w: Floats
+    p: Floats
+    prismatic: tuple[bool, ...]
+    tip: Floats
+
+    def velocity(self, i: int, point: Floats) -> Floats:
+        """(*batch, 3) velocity of a point by unit rate of joint i."""
+        return self.w[..., i, :] if self.prismatic[i] else np.cross(self.w[..., i, :], point - self.p[..., i, :])
+
+    def meeting(self, joints: Sequence[int]) -> Floats:
+        """(*batch, 3) the point nearest to these axes."""
+        w, p = self.w[..., list(joints), :], self.p[..., list(joints), :]
+        across = np.eye(3) - w[..., :, None] * w[..., None, :]
+        total: Matrix3 = across.sum(axis=-3)
+        moment: Floats = (across @ p[..., None]).sum(axis=-3)
+        return np.asarray(np.linalg.solve(total, moment)[..., 0], dtype=np.float64)
+
+
+def lines(robot: Robot, q: Floats) -> Lines:
+    """The axes at q (*batch, n)."""
+    J = np.swapaxes(robot.jacobian_space(q), -1, -2)
+    w, v = J[..., :3], J[..., 3:]
+    prismatic = tuple(bool(s) for s in prismatic_joints(robot))
+    column = np.array(prismatic)[:, None]
+    return Lines(
+        np.where(column, v, w),
+        np.where(column, 0.0, np.cross(w, v)),
+        prismatic,
+        robot.forward_kinematics(q)[..., :3, 3],
     )

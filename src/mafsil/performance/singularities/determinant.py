@@ -15,64 +15,26 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Matrix3, as_batch
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
-from mafsil.performance.singularities.axis_cases import SingularityCause
+from mafsil.performance.singularities.axis_cases import Lines, SingularityCause, lines
 from mafsil.performance.singularities.trigonometric_form import TrigonometricForm, fit_trigonometric_form
 from mafsil.performance.tolerances import CLEAR, ROUNDOFF
-from mafsil.performance.velocity.scaling import characteristic_length, prismatic_joints, random_configurations
-from mafsil.performance.velocity.tasks import task_jacobian, task_rows
+from mafsil.performance.velocity.scaling import (
+    characteristic_length,
+    prismatic_joints,
+    random_configurations,
+    task_jacobian,
+    task_rows,
+)
 from mafsil.robot import Robot, of_robot
 
 CHECKS = 200
 """Random configurations at which a product is compared with the determinant."""
 LONGEST = 12
 """Terms of a form that are written in full in explanations."""
-
-
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """All joint axes of a batch of configurations.
-
-    Attributes:
-        w: (*batch, n, 3) directions of axes and prismatic joints.
-        p: (*batch, n, 3) points of the axes [m].
-        prismatic: (n,).
-        tip: (*batch, 3) [m].
-    """
-
-    w: Floats
-    p: Floats
-    prismatic: tuple[bool, ...]
-    tip: Floats
-
-    def velocity(self, i: int, point: Floats) -> Floats:
-        """(*batch, 3) velocity of a point by unit rate of joint i."""
-        return self.w[..., i, :] if self.prismatic[i] else np.cross(self.w[..., i, :], point - self.p[..., i, :])
-
-    def meeting(self, joints: Sequence[int]) -> Floats:
-        """(*batch, 3) the point nearest to these axes."""
-        w, p = self.w[..., list(joints), :], self.p[..., list(joints), :]
-        across = np.eye(3) - w[..., :, None] * w[..., None, :]
-        total: Matrix3 = across.sum(axis=-3)
-        moment: Floats = (across @ p[..., None]).sum(axis=-3)
-        return np.asarray(np.linalg.solve(total, moment)[..., 0], dtype=np.float64)
-
-
-def lines(robot: Robot, q: Floats) -> Lines:
-    """The axes at q (*batch, n)."""
-    J = np.swapaxes(robot.jacobian_space(q), -1, -2)
-    w, v = J[..., :3], J[..., 3:]
-    prismatic = tuple(bool(s) for s in prismatic_joints(robot))
-    column = np.array(prismatic)[:, None]
-    return Lines(
-        np.where(column, v, w),
-        np.where(column, 0.0, np.cross(w, v)),
-        prismatic,
-        robot.forward_kinematics(q)[..., :3, 3],
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,37 +115,6 @@ class DeterminantFactors:
         )
         rows = [f"  [{f.formula}]{f.written}: {f.sentence(language)}" for f in self.factors]
         return "\n".join([head, *rows])
-
-
-@of_robot
-def natural_task(robot: Robot) -> str:
-    """The task for which the arm's Jacobian is square: pose (6 joints), planar, Schoenflies, position, orientation.
-
-    Three axes through one point keep the tip on a sphere, so a spherical wrist is asked for its orientation.
-
-    Args:
-        robot: the arm.
-
-    Raises:
-        InputError: there is none.
-    """
-    at = lines(robot, random_configurations(robot, 3, limited=False))
-    revolute = [i for i in range(robot.n) if not at.prismatic[i]]
-    parallel = all(_parallel(at, revolute[0], i) for i in revolute[1:]) if revolute else False
-    up = bool(np.allclose(np.abs(at.w[:, revolute, 2]), 1.0)) if revolute else False
-    match robot.n:
-        case 6:
-            return "pose"
-        case 4 if parallel and up:
-            return "schoenflies"
-        case 3 if _concurrent(at, range(3)):
-            return "orientation"
-        case 3:
-            return "planar" if parallel and up else "position"
-        case 2 if parallel and up:
-            return "planar_position"
-        case _:
-            raise InputError("performance.not_square", robot=robot.name, n=robot.n)
 
 
 def vanishing_factors(robot: Robot, task: str, q: Floats, tolerance: float) -> tuple[SingularityCause, ...]:
@@ -428,3 +359,34 @@ class _Factory:
 def _triple(a: Floats, b: Floats, c: Floats) -> Floats:
     """(a x b) . c."""
     return (np.cross(a, b) * c).sum(axis=-1)
+
+
+@of_robot
+def natural_task(robot: Robot) -> str:
+    """The task for which the arm's Jacobian is square: pose (6 joints), planar, Schoenflies, position, orientation.
+
+    Three axes through one point keep the tip on a sphere, so a spherical wrist is asked for its orientation.
+
+    Args:
+        robot: the arm.
+
+    Raises:
+        InputError: there is none.
+    """
+    at = lines(robot, random_configurations(robot, 3, limited=False))
+    revolute = [i for i in range(robot.n) if not at.prismatic[i]]
+    parallel = all(_parallel(at, revolute[0], i) for i in revolute[1:]) if revolute else False
+    up = bool(np.allclose(np.abs(at.w[:, revolute, 2]), 1.0)) if revolute else False
+    match robot.n:
+        case 6:
+            return "pose"
+        case 4 if parallel and up:
+            return "schoenflies"
+        case 3 if _concurrent(at, range(3)):
+            return "orientation"
+        case 3:
+            return "planar" if parallel and up else "position"
+        case 2 if parallel and up:
+            return "planar_position"
+        case _:
+            raise InputError("performance.not_square", robot=robot.name, n=robot.n)

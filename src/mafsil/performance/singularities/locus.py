@@ -16,7 +16,8 @@ from mafsil.performance.singularities.determinant import (
     DeterminantFactors,
     determinant_factors,
 )
-from mafsil.performance.singularities.singular_configuration import Singularity, is_singular, singularity
+from mafsil.performance.singularities.ranks import is_singular
+from mafsil.performance.singularities.singular_configuration import Singularity, singularity
 from mafsil.performance.tolerances import WITHIN
 from mafsil.performance.velocity.scaling import TOLERANCE, random_configurations, ranges
 from mafsil.robot import Robot, of_robot

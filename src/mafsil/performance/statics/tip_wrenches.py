@@ -19,8 +19,7 @@ from mafsil.performance.singularities.screw_parameters import vector_text, wrenc
 from mafsil.performance.singularities.singular_configuration import wrenches_of
 from mafsil.performance.tolerances import CLEAR, COARSEST, ROUNDOFF
 from mafsil.performance.velocity.jacobians import tool_jacobian
-from mafsil.performance.velocity.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
-from mafsil.performance.velocity.tasks import Task
+from mafsil.performance.velocity.scaling import TOLERANCE, Scaled, Task, rank_of, require_one, scaled_jacobian
 from mafsil.robot import Robot, of_robot
 from mafsil.robot.degrees import in_tip
 from mafsil.solvers import decompositions

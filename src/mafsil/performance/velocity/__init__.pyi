@@ -6,10 +6,10 @@ from mafsil.performance.velocity.jacobians import point_velocity as point_veloci
 from mafsil.performance.velocity.jacobians import space_from_body as space_from_body
 from mafsil.performance.velocity.jacobians import symbolic_jacobian_by_inspection as symbolic_jacobian_by_inspection
 from mafsil.performance.velocity.jacobians import tool_jacobian as tool_jacobian
+from mafsil.performance.velocity.scaling import TASKS as TASKS
 from mafsil.performance.velocity.scaling import TOLERANCE as TOLERANCE
 from mafsil.performance.velocity.scaling import characteristic_length as characteristic_length
 from mafsil.performance.velocity.scaling import scaled_jacobian as scaled_jacobian
-from mafsil.performance.velocity.tasks import TASKS as TASKS
-from mafsil.performance.velocity.tasks import task_coordinates as task_coordinates
-from mafsil.performance.velocity.tasks import task_jacobian as task_jacobian
-from mafsil.performance.velocity.tasks import task_rows as task_rows
+from mafsil.performance.velocity.scaling import task_coordinates as task_coordinates
+from mafsil.performance.velocity.scaling import task_jacobian as task_jacobian
+from mafsil.performance.velocity.scaling import task_rows as task_rows

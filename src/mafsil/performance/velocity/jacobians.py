@@ -203,3 +203,24 @@ def symbolic_jacobian_by_inspection(
 def _columns(name: str, J: ArrayLike) -> Floats:
     k = np.shape(J)[-1] if np.ndim(J) > 1 else 1
     return as_batch(name, J, (6, k))
+
+
+@of_robot
+def jacobian_hessian(robot: Robot, q: ArrayLike) -> Floats:
+    """(*batch, n, 6, n) derivatives of the tool Jacobian (axes of {s}, at the tip) by each coordinate.
+
+    Args:
+        robot: the arm.
+        q: (*batch, n) joint coordinates [rad | m].
+    """
+    configuration = as_batch("q", q, (robot.n,))
+    R = robot.forward_kinematics(configuration)[..., None, :3, :3]
+    J_b = robot.jacobian_body(configuration)[..., None, :, :]
+    rate = robot.jacobian_body_rate(configuration[..., None, :], np.eye(robot.n))
+    omega = np.swapaxes(J_b[..., 0, :3, :], -1, -2)[..., None]
+    turned = [part + np.cross(omega, J_b[..., rows, :], axis=-2) for part, rows in _halves(rate)]
+    return np.concatenate([R @ part for part in turned], axis=-2)
+
+
+def _halves(rate: Floats) -> list[tuple[Floats, slice]]:
+    return [(rate[..., :3, :], slice(0, 3)), (rate[..., 3:, :], slice(3, 6))]

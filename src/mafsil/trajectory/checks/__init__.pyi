@@ -1,10 +1,10 @@
-from mafsil.trajectory.checks.jumps import Jump as Jump
 from mafsil.trajectory.checks.limit_check import LimitCheck as LimitCheck
 from mafsil.trajectory.checks.limit_check import Violation as Violation
 from mafsil.trajectory.checks.limit_check import check as check
 from mafsil.trajectory.checks.limit_proof import LimitProof as LimitProof
 from mafsil.trajectory.checks.limit_proof import prove as prove
 from mafsil.trajectory.checks.requirements import Continuity as Continuity
+from mafsil.trajectory.checks.requirements import Jump as Jump
 from mafsil.trajectory.checks.requirements import KeepsClear as KeepsClear
 from mafsil.trajectory.checks.requirements import MaxDerivativeJump as MaxDerivativeJump
 from mafsil.trajectory.checks.requirements import MaxDuration as MaxDuration

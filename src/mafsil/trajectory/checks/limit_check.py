@@ -11,11 +11,10 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, not_negative
 from mafsil.messages import say
 from mafsil.model.limits import MEASURED
-from mafsil.trajectory.checks.jumps import jumps
-from mafsil.trajectory.motion import Trajectory, derivative
+from mafsil.trajectory.checks.requirements import jumps
+from mafsil.trajectory.motion import LimitStatus, Trajectory, derivative
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
-from mafsil.trajectory.status import LimitStatus
 from mafsil.trajectory.tolerances import GIVEN
 
 SAMPLES_PER_PIECE, LEAST_PER_PIECE = 128, 16

@@ -11,10 +11,10 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, not_negative, require_kind, whole
 from mafsil.model.limits import MEASURED
 from mafsil.trajectory.checks.limit_check import Violation, jumps_over, not_checked, worst_of_each
+from mafsil.trajectory.motion import ProofStatus
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.splines.bspline import BSpline
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
-from mafsil.trajectory.status import ProofStatus
 from mafsil.trajectory.tolerances import GIVEN
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")

@@ -3,8 +3,8 @@ from mafsil.trajectory.difficulties.diagnosis import diagnose_path as diagnose_p
 from mafsil.trajectory.difficulties.difficulty import BranchChange as BranchChange
 from mafsil.trajectory.difficulties.difficulty import FastStretch as FastStretch
 from mafsil.trajectory.difficulties.difficulty import UnreachableStretch as UnreachableStretch
-from mafsil.trajectory.difficulties.reachability import PathReach as PathReach
-from mafsil.trajectory.difficulties.reachability import reachability as reachability
+from mafsil.trajectory.difficulties.ladder import PathReach as PathReach
+from mafsil.trajectory.difficulties.ladder import reachability as reachability
 from mafsil.trajectory.difficulties.remedies import Detour as Detour
 from mafsil.trajectory.difficulties.remedies import PathRemedies as PathRemedies
 from mafsil.trajectory.difficulties.remedies import PathRemedy as PathRemedy

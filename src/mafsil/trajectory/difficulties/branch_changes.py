@@ -18,11 +18,20 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.ik.tolerances import NEARLY_SINGULAR
 from mafsil.robot import Robot
-from mafsil.trajectory.difficulties.difficulty import BranchChange, BranchEnd, BranchPart, FastStretch, PathInterval
+from mafsil.trajectory.difficulties.difficulty import (
+    BranchChange,
+    BranchEnd,
+    BranchPart,
+    FastStretch,
+    PathInterval,
+    at_limited_rates,
+    conditioning,
+    distance_from_path,
+    singular_causes,
+)
 from mafsil.trajectory.difficulties.ladder import INSIDE, Chain, Ladder, shortest
-from mafsil.trajectory.difficulties.rates import at_limited_rates, conditioning, distance_from_path, singular_causes
 from mafsil.trajectory.paths import TipPath
-from mafsil.trajectory.paths.path_task import PathTask
+from mafsil.trajectory.paths.pose_path import PathTask
 
 HALVINGS = 48
 """From the distance of samples to the spacing of floating-point numbers."""

@@ -17,12 +17,19 @@ from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome
 from mafsil.trajectory.difficulties.branch_changes import Piece, branch_change, place_of, stretches
-from mafsil.trajectory.difficulties.difficulty import BranchChange, Difficulty, GapReason, UnreachableStretch
-from mafsil.trajectory.difficulties.ladder import INSIDE, Chain, Ladder, best_chain, solution_ladder
-from mafsil.trajectory.difficulties.rates import redundant
-from mafsil.trajectory.difficulties.reachability import PathReach, PathReachStatus, reachability
+from mafsil.trajectory.difficulties.difficulty import BranchChange, Difficulty, GapReason, UnreachableStretch, redundant
+from mafsil.trajectory.difficulties.ladder import (
+    INSIDE,
+    Chain,
+    Ladder,
+    PathReach,
+    PathReachStatus,
+    best_chain,
+    reachability,
+    solution_ladder,
+)
 from mafsil.trajectory.paths import TipPath
-from mafsil.trajectory.paths.path_task import PathTask, path_error
+from mafsil.trajectory.paths.pose_path import PathTask, path_error
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.timing.path_following import follow
 

@@ -20,9 +20,8 @@ from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 from mafsil.trajectory.difficulties.changed_paths import MovedBasePath, PathPart, TurnedToolPath
 from mafsil.trajectory.difficulties.diagnosis import PathDiagnosis, diagnose_path
-from mafsil.trajectory.difficulties.difficulty import BranchChange
+from mafsil.trajectory.difficulties.difficulty import BranchChange, conditioning, distance_from_path, redundant
 from mafsil.trajectory.difficulties.ladder import best_chain, solution_ladder
-from mafsil.trajectory.difficulties.rates import conditioning, distance_from_path, redundant
 from mafsil.trajectory.paths import TipPath
 
 CLEAR_OF_SINGULAR = 0.02

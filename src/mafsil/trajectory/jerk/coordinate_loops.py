@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 from mafsil.arrays import Floats
 from mafsil.kernels.loops.loop import compiled
-from mafsil.trajectory.jerk.braking_loops import brake
 from mafsil.trajectory.jerk.extreme_loops import (
     Curve,
     Shape,
     bent_down,
+    brake,
     curve_of,
     distance,
     first_rise,

@@ -1,9 +1,9 @@
-"""Jerk-limited motions as answers: one trajectory, or a batch of them sampled in one call."""
+"""Jerk-limited motions as answers: one trajectory or a batch of them, with the limits that bind in each interval."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,19 +12,25 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.lazy_module import lazily
-from mafsil.messages.tables import in_notebook
-from mafsil.trajectory.jerk.binding import Bindings, bindings_of
+from mafsil.messages import say
+from mafsil.messages.tables import in_notebook, number, table
 from mafsil.trajectory.jerk.problem import MODES, STATUSES, JerkStatus, Problem, Synchronise, sentence
 from mafsil.trajectory.motion import Motion, moving_at, overview, times
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
+from mafsil.trajectory.tolerances import GIVEN
 
 if TYPE_CHECKING:
+    import mafsil.trajectory.jerk.online_loops as online_loops
     import mafsil.trajectory.jerk.plan_loops as plan_loops
-    import mafsil.trajectory.jerk.sample_loops as sample_loops
 else:
     plan_loops = lazily("mafsil.trajectory.jerk.plan_loops")
-    sample_loops = lazily("mafsil.trajectory.jerk.sample_loops")
+    online_loops = lazily("mafsil.trajectory.jerk.online_loops")
+
+
+QUANTITIES = ("jerk", "acceleration", "velocity")
+COLUMNS = ("coordinate", "begin", "end", "quantity", "limit")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,13 +53,13 @@ class Pieces:
         """Position, velocity, acceleration and jerk (k, rows, n) at the times t (k, rows)."""
         rows, n = self.count.shape
         u, v, a, j = np.empty((4, len(t), rows, n))
-        sample_loops.sample_rows(self.first, self.count, self.times, self.jerks, t, u, v, a, j)
+        online_loops.sample_rows(self.first, self.count, self.times, self.jerks, t, u, v, a, j)
         return u, v, a, j
 
     def largest(self) -> Floats:
         """(rows, n, 3) largest sizes of position, velocity and acceleration where pieces begin and end."""
         largest = np.empty((*self.count.shape, 3))
-        sample_loops.largest_rows(self.first, self.count, self.times, self.jerks, largest)
+        online_loops.largest_rows(self.first, self.count, self.times, self.jerks, largest)
         return largest
 
 
@@ -134,7 +140,7 @@ class JerkLimitedMotion(Answer, data="duration ruling synchronised"):
     def durations(self) -> Floats:
         """(n,) shortest duration of each coordinate, as if it were alone [s]."""
         own = np.empty((1, self.n))
-        plan_loops.own_durations(self.problem.states.reshape(1, -1, 6), self.problem.limits, self.problem.free, own)
+        online_loops.own_durations(self.problem.states.reshape(1, -1, 6), self.problem.limits, self.problem.free, own)
         return own[0]
 
     def residual(self) -> float:
@@ -267,3 +273,114 @@ class JerkLimitedBatch(Answer, data="duration ruling"):
         pieces = self.pieces
         own = Pieces(pieces.first[part], pieces.count[part], pieces.times[part], pieces.jerks[part])
         return JerkLimitedMotion(single, STATUSES[int(code)], float(duration), int(ruling), MODES[int(mode)], own)
+
+
+@dataclass(frozen=True, slots=True)
+class BindingLimit:
+    """One limit that binds for a while.
+
+    Attributes:
+        coordinate: its index.
+        begin, end: times [s].
+        quantity: `velocity`, `acceleration` or `jerk`.
+        limit: the bound that is reached.
+    """
+
+    coordinate: int
+    begin: float
+    end: float
+    quantity: str
+    limit: float
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Bindings:
+    """All limits that bind, by coordinate and time; a table when it is printed.
+
+    Attributes:
+        rows: one for each interval.
+    """
+
+    rows: tuple[BindingLimit, ...]
+
+    def __iter__(self) -> Iterator[BindingLimit]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def at(self, t: float) -> tuple[BindingLimit, ...]:
+        """Those that bind at the time t [s]."""
+        return tuple(row for row in self.rows if row.begin <= t <= row.end)
+
+    def explain(self, language: str | None = None) -> str:
+        """A sentence and a table: a row for each interval."""
+        head = [say(f"jerk.column_{name}", language=language) for name in COLUMNS]
+        cells = [
+            [str(row.coordinate), number(row.begin), number(row.end), self._word(row, language), number(row.limit)]
+            for row in self.rows
+        ]
+        return "\n".join([say("jerk.bindings", language=language, count=len(cells)), *table(head, cells, language)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: one record for each row."""
+        return {"bindings": [asdict(row) for row in self.rows]}
+
+    def __repr__(self) -> str:
+        return self.explain()
+
+    def _repr_html_(self) -> str:
+        return in_notebook(self.explain())
+
+    def _word(self, row: BindingLimit, language: str | None) -> str:
+        return say(f"trajectory.{row.quantity}", language=language)
+
+
+def bindings_of(begins: list[Floats], v: list[Floats], a: list[Floats], j: list[Floats], limits: Floats) -> Bindings:
+    """The bindings of pieces of constant jerk.
+
+    Args:
+        begins: for each coordinate (pieces + 1,) times [s].
+        v, a: for each coordinate (pieces + 1,) values at these times.
+        j: for each coordinate (pieces,) jerks.
+        limits: (n, 6).
+    """
+    rows: list[BindingLimit] = []
+    for i, bounds in enumerate(limits):
+        for k, jerk in enumerate(j[i]):
+            begin, end = float(begins[i][k]), float(begins[i][k + 1])
+            if end <= begin:
+                continue
+            values = (jerk, a[i][k : k + 2], v[i][k : k + 2])
+            for quantity, value, pair in zip(QUANTITIES, values, (bounds[4:], bounds[2:4], bounds[:2]), strict=True):
+                hit = _touch(np.asarray(value), pair)
+                if hit is not None:
+                    rows.append(BindingLimit(i, begin, end, quantity, hit))
+    return Bindings(tuple(_join(rows)))
+
+
+def _touch(value: Floats, pair: Floats) -> float | None:
+    """The bound that the values keep to."""
+    for bound in pair:
+        if np.isfinite(bound) and (np.abs(value - bound) <= GIVEN * max(abs(bound), LEAST_DIVISOR)).all():
+            return float(bound)
+    return None
+
+
+def _join(rows: list[BindingLimit]) -> Iterator[BindingLimit]:
+    """Intervals of the same limit that follow each other as one."""
+    last: BindingLimit | None = None
+    for row in rows:
+        same = last is not None and (row.coordinate, row.quantity, row.limit) == (
+            last.coordinate,
+            last.quantity,
+            last.limit,
+        )
+        if last is not None and same and row.begin <= last.end:
+            last = BindingLimit(last.coordinate, last.begin, row.end, last.quantity, last.limit)
+            continue
+        if last is not None:
+            yield last
+        last = row
+    if last is not None:
+        yield last

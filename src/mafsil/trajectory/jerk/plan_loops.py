@@ -12,8 +12,6 @@ from __future__ import annotations
 
 from math import ceil, inf, isfinite, sqrt
 
-import numpy as np
-
 from mafsil.arrays import Floats
 from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.jerk.coordinate_loops import (
@@ -25,7 +23,6 @@ from mafsil.trajectory.jerk.coordinate_loops import (
     shortest_change,
     task_of,
 )
-from mafsil.trajectory.jerk.rest_loops import at_rest, plan_rest, rest_curves
 from mafsil.trajectory.tolerances import ROUNDING
 
 PLANNED, TARGET_OUTSIDE, FROZEN, UNREACHABLE, NO_COMMON, BEYOND_NUMBERS, NOT_FINITE = range(7)
@@ -361,117 +358,3 @@ def _singly(
             times[i, pieces], jerks[i, pieces] = longest - own, 0.0
             count[i] = pieces + 1
     return ruling, longest
-
-
-@compiled
-def own_durations(states: Floats, limits: Floats, free: bool, own: Floats) -> None:
-    """The shortest duration of each coordinate, as if it were alone; infinite if it has none.
-
-    Args:
-        states: (rows, n, 6).
-        limits: (n, 6).
-        free: whether displacements do not matter.
-        own: (rows, n) written here.
-    """
-    for row in range(states.shape[0]):
-        for i in range(states.shape[1]):
-            possible = _stays(states[row], i, free) if _is_frozen(limits, i) else not _outside(states[row], limits, i)
-            own[row, i] = next_of(states[row], limits, i, free, 0.0) if possible else inf
-
-
-@compiled
-def are_usual(limits: Floats, outcome: Floats, low: float, high: float) -> bool:
-    """Whether limits and durations are of a size at which no square or cube of them under- or overflows.
-
-    Args:
-        limits: (n, 6); jerks are the last two.
-        outcome: (m, 4) of `plan_rows`; the duration is the last.
-        low, high: the sizes.
-    """
-    most = 0.0
-    for i in range(len(limits)):
-        most = max(most, limits[i, 4], limits[i, 5])
-    usual = low < most < high
-    for row in range(len(outcome)):
-        T = outcome[row, 3]
-        usual &= (low < T < high) or T == np.inf
-    return usual
-
-
-@compiled
-def plan_rows(
-    states: Floats,
-    limits: Floats,
-    free: bool,
-    mode: int,
-    minimum: float,
-    cycle: float,
-    outcome: Floats,
-    count: Floats,
-    times: Floats,
-    jerks: Floats,
-) -> None:
-    """Many problems of the same limits.
-
-    1. The constants of motions from rest to rest, once for all.
-    2. A problem from rest to rest by these, where they are enough.
-    3. Any other by `plan`.
-
-    Args:
-        states: (rows, n, 6).
-        limits: (n, 6).
-        free, mode, minimum, cycle: as in `plan`.
-        outcome: (rows, 4) status, coordinate, mode and duration, written here.
-        count, times, jerks: (rows, n), (rows, n, 15), (rows, n, 15), written here.
-    """
-    # 1.
-    scratch = np.zeros((6, 7))
-    able, curves = rest_curves(limits)
-    able &= mode == TIME and not free
-    for row in range(len(states)):
-        # 2.
-        if able and at_rest(states[row]):
-            T, ruling = plan_rest(states[row], curves, minimum, cycle, count[row], times[row], jerks[row])
-            if T < inf:
-                outcome[row, 0], outcome[row, 1], outcome[row, 2], outcome[row, 3] = PLANNED, ruling, TIME, T
-                continue
-        # 3.
-        status, ruling, used, T = plan(
-            states[row],
-            limits,
-            free,
-            mode,
-            minimum,
-            cycle,
-            scratch,
-            count[row],
-            times[row],
-            jerks[row],
-        )
-        outcome[row, 0], outcome[row, 1], outcome[row, 2], outcome[row, 3] = status, ruling, used, T
-
-
-@compiled
-def plan_one(
-    start: Floats, v0: Floats, a0: Floats, goal: Floats, vf: Floats, af: Floats, limits: Floats, low: float, high: float
-) -> tuple[float, float, float, float, Floats, Floats, Floats, Floats]:
-    """One problem as programs ask it, all coordinates together: a call, and nothing beside it.
-
-    Args:
-        start, v0, a0, goal, vf, af: (n,) both states.
-        limits: (n, 6).
-        low, high: as in `are_usual`.
-
-    Returns:
-        How it ended, the coordinate and the duration as from `plan`; one if sizes are usual, else zero; and, of one
-        row, states and the arrays of `plan_rows`.
-    """
-    n = len(start)
-    states, outcome, count = np.empty((1, n, 6)), np.empty((1, 4)), np.zeros((1, n))
-    times, jerks = np.empty((1, n, PIECES)), np.empty((1, n, PIECES))
-    for i in range(n):
-        states[0, i, 0], states[0, i, 1], states[0, i, 2] = start[i], v0[i], a0[i]
-        states[0, i, 3], states[0, i, 4], states[0, i, 5] = goal[i], vf[i], af[i]
-    plan_rows(states, limits, False, TIME, 0.0, 0.0, outcome, count, times, jerks)
-    usual = 1.0 if are_usual(limits, outcome, low, high) else 0.0
-    return outcome[0, 0], outcome[0, 1], outcome[0, 3], usual, states, count, times, jerks

@@ -19,10 +19,10 @@ from mafsil.robot import Robot, of_robot
 from mafsil.robot.degrees import remark_on_degrees
 from mafsil.solvers import Outcome
 from mafsil.trajectory.checks.limit_check import check
-from mafsil.trajectory.path_motion import PathMotion
-from mafsil.trajectory.paths.path_task import STRICTER, PathTask
+from mafsil.trajectory.motion import PlanStatus
+from mafsil.trajectory.path import PathMotion
+from mafsil.trajectory.paths.pose_path import STRICTER, PathTask
 from mafsil.trajectory.profiles.laws import LawName, rest_law
-from mafsil.trajectory.status import PlanStatus
 from mafsil.trajectory.timing.path_following import follow
 from mafsil.trajectory.tolerances import GIVEN
 

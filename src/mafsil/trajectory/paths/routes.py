@@ -14,13 +14,12 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
 from mafsil.robot import Robot, of_robot
-from mafsil.trajectory.motion import Motion, times
+from mafsil.trajectory.motion import Motion, PlanStatus, times
 from mafsil.trajectory.paths.cartesian_path import CartesianPath
-from mafsil.trajectory.paths.path_task import PathTask, path_equations, path_error, path_rates
+from mafsil.trajectory.paths.pose_path import PathTask, path_equations, path_error, path_rates
 from mafsil.trajectory.profiles.laws import QUINTIC
 from mafsil.trajectory.profiles.polynomial import quintic
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
-from mafsil.trajectory.status import PlanStatus
 from mafsil.trajectory.timing.generator import TickReport, TrajectoryGenerator
 from mafsil.trajectory.timing.path_following import follow
 

@@ -28,6 +28,7 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
 from mafsil.solvers import Outcome
 from mafsil.trajectory.checks.requirements import continuity
+from mafsil.trajectory.motion import PlanStatus
 from mafsil.trajectory.profiles.shaped_law import (
     ExponentialApproach,
     Harmonic,
@@ -36,10 +37,9 @@ from mafsil.trajectory.profiles.shaped_law import (
     TimeLaw,
     shortest_duration,
 )
-from mafsil.trajectory.profiles.trapezoid import trapezoid
+from mafsil.trajectory.profiles.velocity_profiles import trapezoid
 from mafsil.trajectory.splines.cubic_spline import points_and_durations
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
-from mafsil.trajectory.status import PlanStatus
 
 
 def _value(coefficients: tuple[int, ...], x: Fraction, order: int) -> Fraction:

@@ -18,12 +18,11 @@ from mafsil.robot import Robot
 from mafsil.trajectory.checks.limit_check import check
 from mafsil.trajectory.checks.requirements import continuity
 from mafsil.trajectory.jerk import JerkLimitedMotion, jerk_limited, jerk_limited_through
-from mafsil.trajectory.motion import Trajectory
+from mafsil.trajectory.motion import ComparisonStatus, Trajectory
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.path import JointPath
 from mafsil.trajectory.profiles.laws import LAWS
-from mafsil.trajectory.profiles.sequence import sequence
-from mafsil.trajectory.status import ComparisonStatus
+from mafsil.trajectory.profiles.polynomial import sequence
 from mafsil.trajectory.timing.time_optimal import time_optimal
 from mafsil.trajectory.tolerances import ROUNDING
 

@@ -16,13 +16,25 @@ from mafsil.answer import Answer
 from mafsil.arrays import LARGEST, Floats, calculable, frozen, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.messages import say
+from mafsil.trajectory.motion import BlendStatus
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
-from mafsil.trajectory.splines.blend_plan import BlendProblem, Blends, blends, mean_acceleration
-from mafsil.trajectory.splines.blend_vias import with_stops, with_through_points
-from mafsil.trajectory.splines.blended_lines import BlendedLines, BlendName, BlendShape, blend_shape
+from mafsil.trajectory.splines.blend_plan import (
+    BlendProblem,
+    Blends,
+    blends,
+    mean_acceleration,
+    with_stops,
+    with_through_points,
+)
+from mafsil.trajectory.splines.blended_lines import (
+    BlendedLines,
+    BlendName,
+    BlendShape,
+    InfeasibleLeg,
+    blend_shape,
+    infeasible_legs,
+)
 from mafsil.trajectory.splines.cubic_spline import points_and_durations
-from mafsil.trajectory.splines.infeasible_leg import InfeasibleLeg, infeasible_legs
-from mafsil.trajectory.status import BlendStatus
 from mafsil.trajectory.tolerances import ROUNDING
 
 ROUNDS = 60

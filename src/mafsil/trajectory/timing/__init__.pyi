@@ -1,8 +1,8 @@
 from mafsil.trajectory.timing.generator import TickReport as TickReport
 from mafsil.trajectory.timing.generator import TrajectoryGenerator as TrajectoryGenerator
+from mafsil.trajectory.timing.path_following import JointMotion as JointMotion
 from mafsil.trajectory.timing.path_following import follow as follow
-from mafsil.trajectory.timing.path_following_rates import JointMotion as JointMotion
-from mafsil.trajectory.timing.path_following_rates import joint_motion as joint_motion
+from mafsil.trajectory.timing.path_following import joint_motion as joint_motion
 from mafsil.trajectory.timing.time_optimal import time_optimal as time_optimal
 from mafsil.trajectory.timing.timing_answer import Binding as Binding
 from mafsil.trajectory.timing.timing_answer import Gain as Gain

@@ -15,17 +15,16 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, positive, require_kind
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
-from mafsil.trajectory.motion import Motion
+from mafsil.trajectory.motion import Motion, TickStatus
 from mafsil.trajectory.splines.blended_lines import BlendedLines
 from mafsil.trajectory.splines.bspline import BSpline
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
-from mafsil.trajectory.status import TickStatus
 from mafsil.trajectory.tolerances import ROUNDING
 
 if TYPE_CHECKING:
-    import mafsil.trajectory.timing.generator_loops as generator_loops
+    import mafsil.trajectory.jerk.online_loops as generator_loops
 else:
-    generator_loops = lazily("mafsil.trajectory.timing.generator_loops")
+    generator_loops = lazily("mafsil.trajectory.jerk.online_loops")
 
 
 class MotionSource(Protocol):

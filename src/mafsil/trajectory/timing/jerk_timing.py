@@ -12,8 +12,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.lazy_module import lazily
 from mafsil.trajectory.motion_limits import MotionLimits, share_of
-from mafsil.trajectory.path import JointPath, PathPoint
-from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.path import JointPath, PathMotion, PathPoint
 from mafsil.trajectory.profiles.polynomial import quintic_coefficients
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.timing.sampled_limits import SampledLimit

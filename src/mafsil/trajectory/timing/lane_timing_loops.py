@@ -14,12 +14,8 @@ one stretch of rows is kept at a time: each pass makes them again, which is soon
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
-from mafsil.arrays import Floats
 from mafsil.kernels.loops.lanes import (
     any_lane,
     buffer,
@@ -34,6 +30,23 @@ from mafsil.kernels.loops.lanes import (
     where,
 )
 from mafsil.kernels.loops.loop import compiled
+from mafsil.trajectory.timing.path_grid_loops import (
+    CAP,
+    HIGH,
+    LANES,
+    LENGTH,
+    LINE,
+    LOSS,
+    LOW,
+    PLACE,
+    STRETCH,
+    WHOLE,
+    Asked,
+    Found,
+    Grids,
+    X,
+    eight_of,
+)
 from mafsil.trajectory.timing.path_rows_loops import (
     FREE,
     beyond,
@@ -53,155 +66,6 @@ from mafsil.trajectory.timing.path_rows_loops import (
 )
 from mafsil.trajectory.timing.reachability_loops import bounds_at, least_at_start, most_at_start
 from mafsil.trajectory.tolerances import ROUNDING
-
-LANES = 8
-"""Paths that are timed side by side."""
-CAP, LOW, HIGH, X, LENGTH, LOSS = range(6)
-"""Lanes of a place: squares of the path velocity; length and loss of the interval that begins there."""
-PLACE = 6
-"""Lanes of a place."""
-STANDING = 1e150
-"""Slowness of a joint whose velocity limit is zero."""
-WHOLE, STRETCH = 800, 64
-"""Intervals of which all rows are kept, and of a stretch of them where there are more."""
-LINE = 3
-"""Lanes of a row: slope, above and below, each beside those of the interval's other rows."""
-
-
-class Grids(NamedTuple):
-    """Paths of one degree and their grids, one after the other.
-
-    Attributes:
-        coefficients: (pieces, degree + 1, n) of all paths.
-        knots: (pieces + paths,) of all paths; firsts: (paths + 1,) where each path's pieces begin.
-        s: (places,) grids; piece: (places,) of the path under the interval that begins at each place.
-        begins: (paths + 1,) where each grid begins.
-    """
-
-    coefficients: Floats
-    knots: Floats
-    firsts: NDArray[np.int64]
-    s: Floats
-    piece: NDArray[np.int64]
-    begins: NDArray[np.int64]
-
-
-class Asked(NamedTuple):
-    """Limits.
-
-    Attributes:
-        velocity, acceleration: (paths, 2, n).
-        start, end: (paths,) squares of the path velocity; negative where any will do.
-        caps: (places,) the largest squares, from elsewhere.
-        rows: (2, places - 1, k) alpha and beta of further rows, and bounds: (2, places - 1, k); of one path alone.
-    """
-
-    velocity: Floats
-    acceleration: Floats
-    start: Floats
-    end: Floats
-    caps: Floats
-    rows: Floats
-    bounds: Floats
-
-
-class Found(NamedTuple):
-    """What the passes find for all paths, written in place.
-
-    Attributes:
-        caps, low, high, x, loss: (places,) as in `timing_problem.Timings`.
-        durations, stopped, excess: (paths,); the duration is infinite where the path velocity is zero on a whole
-            interval.
-    """
-
-    caps: Floats
-    low: Floats
-    high: Floats
-    x: Floats
-    loss: Floats
-    durations: Floats
-    stopped: NDArray[np.int64]
-    excess: Floats
-
-
-class Eight(NamedTuple):
-    """Eight paths in lanes.
-
-    Attributes:
-        first: of them; here: (8,) where each grid begins; last: (8,) how many intervals each has.
-        most: intervals of the longest; stretch: intervals whose rows are kept.
-        m, n: degree of du/ds and coordinates; rows: of an interval.
-        lengths, start, end: one lane each, numbers of intervals and end velocities squared.
-        slowness: 2 n lanes, one over the magnitudes of the velocity limits.
-        bounds: 2 n lanes, limits of acceleration; smallness: n lanes, one over the larger of both.
-        places: PLACE lanes a place.
-        D, shares, lines: (m + 1) n, m + 1 and LINE rows lanes an interval of the stretch; D also of the one before it.
-    """
-
-    first: int
-    here: NDArray[np.int64]
-    last: NDArray[np.int64]
-    most: int
-    stretch: int
-    m: int
-    n: int
-    rows: int
-    lengths: Any
-    start: Any
-    end: Any
-    slowness: Any
-    bounds: Any
-    smallness: Any
-    places: Any
-    D: Any
-    shares: Any
-    lines: Any
-
-
-@compiled
-def eight_of(grids, asked, first, memory):
-    """Step 1: what stands in lanes.
-
-    Args:
-        grids, asked: of all paths.
-        first: of the eight.
-        memory: four arrays of `in_lanes`, for places, D, shares and lines.
-    """
-    count, n = len(asked.start), grids.coefficients.shape[2]
-    here, last, ends = np.empty(LANES, np.int64), np.empty(LANES, np.int64), buffer(3)
-    limits = in_lanes(5 * n)
-    slow, bounds, small, most = seen(limits), part(seen(limits), 2 * n), part(seen(limits), 4 * n), 0
-    for lane in range(LANES):
-        b = min(first + lane, count - 1)
-        here[lane], last[lane] = grids.begins[b], grids.begins[b + 1] - grids.begins[b] - 1
-        most = max(most, last[lane])
-        put(ends, 0, lane, float(last[lane]))
-        put(ends, 1, lane, asked.start[b])
-        put(ends, 2, lane, asked.end[b])
-        for k in range(2):
-            for j in range(n):
-                speed = abs(asked.velocity[b, k, j])
-                put(slow, k * n + j, lane, 1.0 / speed if speed > 0.0 else STANDING)
-                put(bounds, k * n + j, lane, asked.acceleration[b, k, j])
-    for j in range(n):
-        size = larger(bounds[n + j], -bounds[j])
-        small[j] = where(size > 0.0, 1.0 / where(size > 0.0, size, 1.0), FREE)
-    places = seen(memory[0])
-    for i in range(most + 1):
-        for lane in range(LANES):
-            put(places, PLACE * i + CAP, lane, asked.caps[here[lane] + min(i, last[lane])])
-    m, lengths, start, end = grids.coefficients.shape[1] - 2, ends[0], ends[1], ends[2]
-    rows, D, shares, lines = (m + 1) * n + asked.rows.shape[2], seen(memory[1]), seen(memory[2]), seen(memory[3])
-    kept = stretch_of(most)
-    return limits, Eight(
-        first, here, last, most, kept, m, n, rows, lengths, start, end, slow, bounds, small, places, D, shares, lines
-    )
-
-
-@compiled
-def stretch_of(most):
-    """Of how many intervals rows are kept, if there are so many."""
-    return most if most <= WHOLE else STRETCH
 
 
 @compiled

@@ -11,7 +11,7 @@ from mafsil.errors import MafsilError
 from mafsil.model import JointLimits
 from mafsil.solvers.linear_program import minimise
 from mafsil.trajectory.motion import Trajectory
-from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.path import PathMotion
 from mafsil.trajectory.profiles.polynomial import quintic_coefficients
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 

@@ -18,8 +18,7 @@ from mafsil.arrays import Floats, frozen
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.trajectory.motion_limits import MotionLimits, share_of
-from mafsil.trajectory.path import JointPath
-from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.path import JointPath, PathMotion
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.timing.jerk_timing import JerkTiming, timed_with_jerk
 from mafsil.trajectory.timing.sampled_limits import SampledLimit

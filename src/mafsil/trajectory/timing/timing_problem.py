@@ -234,9 +234,9 @@ def time_on_grids(
     given = further or FurtherRows(np.full(places, FREE), np.empty((2, places, 0)), np.empty((2, places, 0)))
     caps, (low, high, x, loss) = given.caps.copy(), np.zeros((4, places))
     durations, stopped, excess = np.empty(paths), np.empty(paths, np.int64), np.empty(paths)
-    grids = lane_timing_loops.Grids(flat.coefficients, flat.knots, flat.firsts, grid.s, grid.piece, grid.begins)
-    asked = lane_timing_loops.Asked(*limits, *ends, given.caps, given.rows, given.bounds)
-    found = lane_timing_loops.Found(caps, low, high, x, loss, durations, stopped, excess)
+    grids = path_grid_loops.Grids(flat.coefficients, flat.knots, flat.firsts, grid.s, grid.piece, grid.begins)
+    asked = path_grid_loops.Asked(*limits, *ends, given.caps, given.rows, given.bounds)
+    found = path_grid_loops.Found(caps, low, high, x, loss, durations, stopped, excess)
 
     def part(k: int) -> None:
         lane_timing_loops.lanes_timed(grids, asked, k * PART, min((k + 1) * PART, paths), finer, found)

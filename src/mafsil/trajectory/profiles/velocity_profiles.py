@@ -1,13 +1,12 @@
-"""Double-S velocity, seven parts of constant jerk: from rest to rest within velocity, acceleration and jerk.
-
-Several axes at once: each its own trajectory, on one clock.
-"""
+"""From rest to rest within limits: trapezoidal velocity (parabolic blends), double S (constant jerk), several axes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence as Several
 from dataclasses import dataclass
+from itertools import pairwise
 from math import factorial
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,11 +15,107 @@ from mafsil.arrays import Floats, calculable, positive, real_array, require_fini
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.solvers import Outcome
-from mafsil.trajectory.motion import Motion, Printed, Stretchable, Trajectory, times
-from mafsil.trajectory.profiles.trapezoid import Synchronisation
+from mafsil.trajectory.motion import Motion, PlanStatus, Printed, Stretchable, Trajectory, times
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
-from mafsil.trajectory.status import PlanStatus
 from mafsil.trajectory.tolerances import ROUNDING
+
+Synchronisation = Literal["time", "phase"]
+
+
+def trapezoid(
+    start: ArrayLike,
+    goal: ArrayLike,
+    *,
+    acceleration: ArrayLike,
+    velocity: ArrayLike = np.inf,
+    duration: float | None = None,
+    synchronise: Synchronisation = "time",
+) -> Outcome[PiecewisePolynomial]:
+    """From rest to rest with parabolic blends; a triangle where the top speed is not reached.
+
+    T   = |D|/V + V/A  if |D| > V^2/A, else 2 sqrt(|D|/A);  the slowest joint rules
+    t_b = T/2 - sqrt(T^2/4 - |D|/A)
+
+    Args:
+        start, goal: (n,) positions [rad | m].
+        acceleration: (n,) or one number, largest magnitude A [rad/s^2 | m/s^2].
+        velocity: (n,) or one number, largest magnitude V [rad/s | m/s]; may be infinite.
+        duration: T [s]; the shortest possible if None.
+        synchronise: `time`: every joint blends with its full acceleration; `phase`: all joints share one time law,
+            so that the motion is a straight line in joint space.
+
+    Returns:
+        The trajectory. If `duration` is too short the status is TOO_SHORT, its details name the joint and the shortest
+        duration, and the value is the trajectory of that duration.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, a limit that is not positive.
+
+    Reference: Craig, Introduction to Robotics, sec. 7.3; Biagiotti and Melchiorri, Trajectory Planning, sec. 3.2.
+    """
+    u0, uf, speed, growth = _rest_to_rest(
+        start, goal, synchronise, "acceleration", velocity=velocity, acceleration=acceleration
+    )
+    distance = np.abs(uf - u0)
+    each = shortest_duration(distance, speed, growth)
+    slowest = int(np.argmax(each)) if each.size else 0
+    if synchronise == "phase":
+        speed, growth = _shared_law(distance, speed, growth)
+        each = shortest_duration(distance, speed, growth)
+    shortest = float(each.max(initial=0.0))
+    if duration is None:
+        return Outcome(_blend(u0, uf, growth, shortest), PlanStatus.PLANNED, details={"duration": shortest})
+    requested = positive("duration", duration)
+    # The shortest duration, printed and given back, must not be refused for its last digit.
+    if requested < shortest * (1.0 - ROUNDING):
+        details = {"joint": slowest, "duration": requested, "shortest": shortest}
+        return Outcome(_blend(u0, uf, growth, shortest), PlanStatus.TOO_SHORT, shortest - requested, details=details)
+    return Outcome(_blend(u0, uf, growth, requested), PlanStatus.PLANNED, details={"duration": requested})
+
+
+def shortest_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> Floats:
+    """Shortest time from rest to rest, elementwise [s].
+
+    Args:
+        distance: >= 0 [rad | m].
+        velocity, acceleration: largest magnitudes; the velocity may be infinite.
+    """
+    triangle = 2.0 * np.sqrt(distance / acceleration)
+    cruising = distance * acceleration > velocity**2
+    top = np.where(cruising, velocity, 1.0)
+    return np.where(cruising, distance / top + top / acceleration, triangle)
+
+
+def _shared_law(distance: Floats, velocity: Floats, acceleration: Floats) -> tuple[Floats, Floats]:
+    """The limits of each joint when all follow u0 + s (uf - u0) with one s(t)."""
+    moving = distance > 0.0
+    if not moving.any():
+        return velocity, acceleration
+    rate = (velocity[moving] / distance[moving]).min()
+    growth = (acceleration[moving] / distance[moving]).min()
+    return np.where(moving, rate * distance, velocity), np.where(moving, growth * distance, acceleration)
+
+
+def _blend(u0: Floats, uf: Floats, acceleration: Floats, T: float) -> PiecewisePolynomial:
+    """All joints on the knots of all blends."""
+    signed = np.copysign(acceleration, uf - u0)
+    blend = T / 2 - np.sqrt(np.maximum(T / 2 * (T / 2) - np.abs(uf - u0) / acceleration, 0.0))
+    knots = np.unique(np.concatenate([[0.0, T], blend, T - blend]))
+    if len(knots) == 1:
+        return PiecewisePolynomial.from_pieces([0.0], u0[None, None])
+    pieces = [_piece(u0, uf, signed, blend, T, a, b) for a, b in pairwise(knots)]
+    return PiecewisePolynomial.from_pieces(np.diff(knots), pieces)
+
+
+def _piece(u0: Floats, uf: Floats, A: Floats, blend: Floats, T: float, begin: float, end: float) -> Floats:
+    """(3, n) ascending coefficients between two knots; each joint is in its first blend, straight part or last."""
+    middle = (begin + end) / 2
+    left = T - begin
+    first = np.stack([u0 + A * begin**2 / 2, A * begin, A / 2])
+    straight = np.stack([u0 + A * blend * (begin - blend / 2), A * blend, np.zeros_like(A)])
+    last = np.stack([uf - A * left**2 / 2, A * left, -A / 2])
+    return np.where(middle < blend, first, np.where(middle <= T - blend, straight, last))
+
 
 SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 """Of the jerk in the seven parts."""
@@ -61,9 +156,11 @@ def double_s(
 
     Reference: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, sec. 3.4.2.
     """
-    u0, uf, V, A, J = _arguments(start, goal, velocity, acceleration, jerk)
-    if synchronise not in ("time", "phase"):
-        raise InputError("input.choice", name="synchronise", value=synchronise, known="time, phase")
+    u0, uf, V, A, J = _rest_to_rest(
+        start, goal, synchronise, "jerk", velocity=velocity, acceleration=acceleration, jerk=jerk
+    )
+    if not len(u0):
+        raise InputError("input.shape", name="start", expected="(n,)", got=u0.shape, hint="")
     way = np.abs(uf - u0)
     if synchronise == "phase" and (way > 0.0).any():
         with np.errstate(over="ignore"):
@@ -125,28 +222,27 @@ def _column(u0: float, uf: float, parts: Floats, total: float) -> PiecewisePolyn
     return PiecewisePolynomial.from_pieces(lengths[kept], np.array(pieces)[..., None])
 
 
-def _arguments(
-    start: ArrayLike, goal: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, jerk: ArrayLike
+def _rest_to_rest(
+    start: ArrayLike, goal: ArrayLike, synchronise: str, finite: str, **limits: ArrayLike
 ) -> list[Floats]:
-    """Positions and limits, all (n,)."""
+    """Positions and limits, all (n,); the limit named `finite` may not be infinite."""
     u0 = require_finite("start", np.atleast_1d(real_array("start", start)))
     uf = require_finite("goal", real_array("goal", goal))
-    limits = {
-        "velocity": real_array("velocity", velocity),
-        "acceleration": real_array("acceleration", acceleration),
-        "jerk": require_finite("jerk", real_array("jerk", jerk)),
-    }
-    if u0.ndim != 1 or not len(u0):
+    bounds = {name: real_array(name, limit) for name, limit in limits.items()}
+    if u0.ndim != 1:
         raise InputError("input.shape", name="start", expected="(n,)", got=u0.shape, hint="")
-    for name, array in {"goal": uf, **limits}.items():
+    for name, array in {"goal": uf, **bounds}.items():
         if array.shape not in ((), u0.shape):
             raise InputError("input.shape", name=name, expected=u0.shape, got=array.shape, hint="")
-    for name, array in limits.items():
+    require_finite(finite, bounds[finite])
+    for name, array in bounds.items():
         wrong = ~(array > 0.0)
         if wrong.any():
-            raise InputError("input.positive", name=name, value=np.atleast_1d(array)[np.atleast_1d(wrong)][0])
+            raise InputError("input.positive", name=name, value=array[wrong].flat[0])
         calculable(name, array)
-    return [np.broadcast_to(array, u0.shape) for array in (u0, uf, *limits.values())]
+    if synchronise not in get_args(Synchronisation):
+        raise InputError("input.choice", name="synchronise", value=synchronise, known="time, phase")
+    return [np.broadcast_to(array, u0.shape) for array in (u0, uf, *bounds.values())]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
