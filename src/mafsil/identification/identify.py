@@ -14,23 +14,23 @@ import numpy as np
 from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.identification.consistency import (
+from mafsil.identification.examination import examine_log
+from mafsil.identification.log import MotionLog, Remark, held_out_fraction
+from mafsil.identification.regression import (
     BodyParameterisation,
+    Fit,
     Parameterisation,
+    RegressorStack,
     ball,
+    fit_base_parameters,
     most_likely,
     nearest_consistent,
     physically_consistent,
 )
-from mafsil.identification.examination import examine_log
-from mafsil.identification.log import MotionLog, held_out_fraction
-from mafsil.identification.model_update import with_parameters
-from mafsil.identification.regression import Fit, RegressorStack, fit_base_parameters
-from mafsil.identification.remark import Remark
 from mafsil.identification.result import Identification, Parameter, Validation, unidentifiable
 from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepare_log
 from mafsil.identification.tolerances import DEPENDENT, LEAST_MASS, NO_EFFORT
-from mafsil.identification.torque_model import TorqueModel
+from mafsil.identification.torque_model import TorqueModel, with_parameters
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.inertial_parameters import BaseParameters, inertial_parameters
 from mafsil.model import Mechanism

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, PoseMatrix, require_finite
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.closed_form.thresholds import FARTHEST as FARTHEST
-from mafsil.mechanics.closed_form.thresholds import ORTHOGONALITY as ORTHOGONALITY
+from mafsil.mechanics.arm_pattern import FARTHEST as FARTHEST
+from mafsil.mechanics.arm_pattern import ORTHOGONALITY as ORTHOGONALITY
 from mafsil.model import Joint, JointKind, Mechanism
 
 if TYPE_CHECKING:

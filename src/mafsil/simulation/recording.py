@@ -20,16 +20,17 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.messages.visible import visible
 from mafsil.simulation.clock import Deadlines
-from mafsil.simulation.contact_events import joined_events, rigid_sentences
 from mafsil.simulation.findings import (
     alternating_sentence,
     brief_contact_sentence,
     chatter_sentence,
+    joined_events,
+    joint_table,
     near_singular_sentence,
+    rigid_sentences,
     saturation_sentence,
 )
 from mafsil.simulation.live_log import SUFFIX
-from mafsil.simulation.overview import joint_table
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
 from mafsil.whole_file import write_whole
 

@@ -16,7 +16,7 @@ from mafsil.control.laws.matrix_feedback import symmetric
 from mafsil.errors import InputError
 from mafsil.geometry.matrix_exponential import exponential
 from mafsil.one_joint import ForceLoop
-from mafsil.one_joint.arguments import together
+from mafsil.one_joint.rows import together
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 

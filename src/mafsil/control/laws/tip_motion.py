@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.algebra.euler_sequence import SEQUENCES
 from mafsil.arrays import Floats, JointVector, PoseMatrix, require_finite, require_function, require_kind, single
-from mafsil.control.laws.feedback import RunningSum
-from mafsil.control.laws.gains import Gains
+from mafsil.control.laws.feedback import Gains, RunningSum
 from mafsil.control.laws.law import Law
 from mafsil.control.laws.task_coordinates import (
     TWISTS,
@@ -24,8 +23,8 @@ from mafsil.control.laws.task_coordinates import (
     TaskTarget,
     axes_rate,
     rates_of_angles,
+    task_dynamics,
 )
-from mafsil.control.laws.task_dynamics import task_dynamics
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose
 from mafsil.robot import Robot, of_robot

@@ -30,8 +30,7 @@ from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import FINEST, HIDDEN, PART_OF_BEND, REACHED, SELF_MOTION, STRAIGHT
 from mafsil.ik.winding import wound_near
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.arm_pattern import ArmPattern, Family
-from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE, ON_LIMIT, WRIST_JOINTS
+from mafsil.mechanics.arm_pattern import APART, FIRST_JOINTS, FOLD, LOOSE, ON_LIMIT, WRIST_JOINTS, ArmPattern, Family
 
 if TYPE_CHECKING:
     import mafsil.ik.winding_loops as winding_loops

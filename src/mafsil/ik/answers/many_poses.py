@@ -32,8 +32,7 @@ from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.ik.result import CODES, IKStatus
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.kernels import Kernel
-from mafsil.mechanics.arm_pattern import FailedStep
-from mafsil.mechanics.closed_form.thresholds import APART, ON_LIMIT
+from mafsil.mechanics.arm_pattern import APART, ON_LIMIT, FailedStep
 
 CHUNK = 2048
 """Poses whose details a thread keeps at once; memory beyond the results does not grow with the batch."""

@@ -14,11 +14,11 @@ from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmAnglePattern, ArmPattern
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.closed_form.function as function
+    import mafsil.mechanics.closed_form.parametric as function
     import mafsil.mechanics.closed_form.parametric as parametric
     from mafsil.kernels import Kernel
 else:
-    function = lazily("mafsil.mechanics.closed_form.function")
+    function = lazily("mafsil.mechanics.closed_form.parametric")
     parametric = lazily("mafsil.mechanics.closed_form.parametric")
 
 Numbers = tuple[float, ...]
