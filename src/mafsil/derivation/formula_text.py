@@ -192,17 +192,23 @@ def readings_of(
     used, typed = _used_names(trees), _typed_numbers(trees)
     found = list(_meanings({name: x for name, x in own.items() if name in used}, arm.letters))
     for meaning in found or [None]:
-        known = {spelled[name] for name in used if name in spelled} | {m.lstrip("-") for m in (meaning or {}).values()}
-        fixed = {
-            name
-            for name, value in arm.letters.items()
-            if meaning is None or (name not in known and (name.startswith(_ANGLES) or abs(value) in typed))
-        }
-        letters = _vary(arm.letters, fixed, len(q), kept, rng)
+        known = {spelled[name] for name in used if name in spelled}
+        letters = _vary(arm.letters, _fixed(arm.letters, meaning, known, typed), len(q), kept, rng)
         theirs = {name: (-1 if m[0] == "-" else 1) * letters[m.lstrip("-")] for name, m in (meaning or {}).items()}
         names = {**{text: letters[name] for text, name in spelled.items()}, **own, **theirs, **coordinates}
         lengths = [text for text, name in spelled.items() if not name.startswith(_ANGLES)]
         yield Reading(LetteredArm(arm, letters), q, names, (*own, *(text for text in lengths if "_" not in text)))
+
+
+def _fixed(
+    letters: Mapping[str, float], meaning: Mapping[str, str] | None, known: set[str], typed: set[float]
+) -> set[str]:
+    """Letters that keep their numbers in other arms: angles, lengths typed as numbers; all of them without meaning."""
+    if meaning is None:
+        return set(letters)
+    known = known | {name.lstrip("-") for name in meaning.values()}
+    stays = {name for name, value in letters.items() if name.startswith(_ANGLES) or abs(value) in typed}
+    return stays - known
 
 
 def _used_names(trees: Sequence[Sequence[ast.expr]]) -> set[str]:

@@ -110,14 +110,9 @@ def eliminate(A: Floats | Sequence[Sequence[Rational]], *, jordan: bool = True, 
     """
     tolerance = not_negative("tolerance", tolerance)
     exact = not isinstance(A, np.ndarray)
-    given = np.asarray(A, dtype=object)
-    if given.ndim != 2 or not given.size:
-        raise InputError("input.shape", name="A", expected="(m, n)", got=given.shape, hint="")
-    if not all(isfinite(value) for line in A for value in line):
-        require_finite("A", real_array("A", np.asarray(A, dtype=np.float64)))
-    rows: list[list[Any]] = [[Fraction(v) if exact else float(v) for v in row] for row in A]
-    m, n = len(rows), len(rows[0])
-    one = Fraction(1) if exact else 1.0
+    number = Fraction if exact else float
+    rows = _rows_of(A, number)
+    m, n, one = len(rows), len(rows[0]), number(1)
     right: list[list[Any]] = [[one * (i == k) for k in range(m)] for i in range(m)]
     limit = 0.0 if exact else tolerance * max(abs(v) for row in rows for v in row)
     steps: list[RowOperation] = []
@@ -140,6 +135,16 @@ def eliminate(A: Floats | Sequence[Sequence[Rational]], *, jordan: bool = True, 
         pivots.append(j)
     free = tuple(j for j in range(n) if j not in pivots)
     return Reduction(rows, right, tuple(pivots), free, tuple(steps))
+
+
+def _rows_of(A: Floats | Sequence[Sequence[Rational]], number: type[Fraction] | type[float]) -> list[list[Any]]:
+    """The rows of a matrix in numbers of one kind."""
+    given = np.asarray(A, dtype=object)
+    if given.ndim != 2 or not given.size:
+        raise InputError("input.shape", name="A", expected="(m, n)", got=given.shape, hint="")
+    if not all(isfinite(value) for line in A for value in line):
+        require_finite("A", real_array("A", np.asarray(A, dtype=np.float64)))
+    return [[number(value) for value in row] for row in A]
 
 
 def _pivot_row(rows: list[list[Any]], j: int, top: int, limit: float, exact: bool) -> int | None:

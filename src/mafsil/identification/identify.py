@@ -104,17 +104,22 @@ def identify(
     training = [prepare_log(start, bandwidth) for start, _ in parts]
     tests = [prepare_log(other, max(band for _, band, _ in training)) for other in others]
     rotors = bool(model.prior[-robot.n :].any()) if rotor_inertia is None else rotor_inertia
-    full = _stack(model, [m for motions, _, _ in training for m in motions])
+    full = _stack(model, _motions(training))
     if not full.rows:
         raise InputError("identification.too_short", seconds=max(one.duration for one in logs))
-    tried = _stack(model, [m for motions, _, _ in tests for m in motions])
+    tried = _stack(model, _motions(tests))
     problem = _problem(model, full, tried if tried.rows else None, rotors)
     remarks = [remark for one in logs for remark in one.remarks()]
     remarks += [remark for _, _, found in training for remark in found]
     remarks += _hardly_moving(robot, logs)
     band = max(band for _, band, _ in training)
     found = _identify(model, problem, full, positive("prior_spread", prior_spread), band, rotors, remarks)
-    return replace(found, faults=tuple(examine_log(robot, [m for motions, _, _ in training for m in motions])))
+    return replace(found, faults=tuple(examine_log(robot, _motions(training))))
+
+
+def _motions(prepared: Sequence[tuple[list[SmoothMotion], float, list[Remark]]]) -> list[SmoothMotion]:
+    """The motions of all logs, one after the other."""
+    return [motion for motions, _, _ in prepared for motion in motions]
 
 
 def _stack(model: TorqueModel, motions: list[SmoothMotion]) -> RegressorStack:

@@ -24,7 +24,7 @@ from mafsil.arrays import (
 )
 from mafsil.control.contact.impedance import Impedance, require_size
 from mafsil.control.contact.tip_sensor import TaskForceSensor, from_outside
-from mafsil.control.laws.feedback import Gains, RunningSum
+from mafsil.control.laws.feedback import Gains, SummingRun
 from mafsil.control.laws.law import Law
 from mafsil.control.laws.task_coordinates import TaskCoordinates, TaskTarget, task_dynamics
 from mafsil.control.laws.tip_motion import TipReference
@@ -303,27 +303,17 @@ class ImpedanceByForce:
 
     def session(self, period: float) -> Law:
         """The law with a fresh integral; the law itself if Kfi is zero."""
-        return _WithIntegral(self, period) if self.gains.integrates else self
+        return _WithIntegral(self, self.gains.ki * period, np.zeros(len(self.clamp))) if self.gains.integrates else self
 
 
-class _WithIntegral:
+class _WithIntegral(SummingRun[ImpedanceByForce]):
     """One run of an impedance by force."""
-
-    def __init__(self, law: ImpedanceByForce, period: float) -> None:
-        self._law, self._weight = law, law.gains.ki * period
-        self._sum = RunningSum(np.zeros(len(law.clamp)))
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         law = self._law
         commanded, error = law.forces(t, q, qd)
         integral = self._sum.add(self._weight * error, law.clamp)
         return law.effort(q, qd, commanded + law.gains.kp * error + integral)
-
-    def go_on(self, before: _WithIntegral) -> None:
-        self._sum.go_on(before._sum)
-
-    def session(self, period: float) -> Law:
-        return self._law.session(period)
 
 
 @of_robot

@@ -7,7 +7,7 @@ remember from one run to the next are integrals, learned parameters, efforts tha
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -233,6 +233,30 @@ class RunningSum:
             before: of an earlier run.
         """
         self.value = before._before
+
+
+LawT = TypeVar("LawT", bound=Law)
+
+
+class SummingRun(Generic[LawT]):
+    """One run of a law with an integral.
+
+    Args:
+        law: whose run it is.
+        weight: of what is added at a call: its gain times the period.
+        start: of the sum.
+    """
+
+    def __init__(self, law: LawT, weight: Floats, start: Floats) -> None:
+        self._law, self._weight, self._sum = law, weight, RunningSum(start)
+
+    def go_on(self, before: SummingRun[LawT]) -> None:
+        """Go on where an earlier run ended."""
+        self._sum.go_on(before._sum)
+
+    def session(self, period: float) -> Law:
+        """A new run."""
+        return self._law.session(period)
 
 
 class Integral:
