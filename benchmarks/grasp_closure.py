@@ -36,9 +36,9 @@ from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.stopwatch import machine, race  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
 from mafsil.grasp import Contact, Grasp, closure, contact_closures  # noqa: E402
-from mafsil.grasp.cone import ConeWrenches  # noqa: E402
+from mafsil.grasp.contact_batch import wrench_closures  # noqa: E402
+from mafsil.grasp.enclosure import ConeWrenches  # noqa: E402
 from mafsil.grasp.quality import quality_by_facets, quality_of_discs, quality_of_wrenches  # noqa: E402
-from mafsil.grasp.wrench_batch import wrench_closures  # noqa: E402
 
 SIZES = ((3, 8), (4, 8), (5, 8), (5, 16), (8, 8))
 TARGET = 100.0

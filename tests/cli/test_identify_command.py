@@ -8,7 +8,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.cli.main import main
-from mafsil.identification.model_update import with_load
+from mafsil.identification.torque_model import with_load
 from mafsil.mechanics.inertial_parameters import parameters_of
 from mafsil.model import Inertial
 from tests.identification.simulated import different, noisy_log, write_csv

@@ -9,8 +9,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.control import Gains, TaskCoordinates, TaskTarget, hybrid_control, joint_coupling
+from mafsil.control.analysis.tune_gains import CouplingStatus
 from mafsil.control.contact import ContactMode, constrained_dynamics, contact_mode, reduced_dynamics, sliding_friction
-from mafsil.control.joints.coupling import CouplingStatus
 from mafsil.errors import InputError
 from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism
 

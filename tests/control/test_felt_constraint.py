@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import mafsil as mf
 from mafsil.control import SpringDamper, feedforward
 from mafsil.control.contact import contact_feedforward, estimate_contact_constraint
-from mafsil.control.contact.constraint_estimate import EstimatedConstraintStatus
+from mafsil.control.contact.tip_sensor import EstimatedConstraintStatus
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Scenario
 from mafsil.trajectory import quintic

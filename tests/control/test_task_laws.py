@@ -16,7 +16,7 @@ from mafsil.control import (
     task_computed_torque,
     task_dynamics,
 )
-from mafsil.control.joints.coupling import CouplingStatus
+from mafsil.control.analysis.tune_gains import CouplingStatus
 from mafsil.control.laws import TipMotion
 from mafsil.geometry import pose
 from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism

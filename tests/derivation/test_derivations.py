@@ -12,8 +12,7 @@ from mafsil.derivation.arm import symbolic_arm
 from mafsil.derivation.determinant import determinant, product_of_blocks
 from mafsil.derivation.document import Factors, is_matrix
 from mafsil.derivation.jacobian import space_columns, tip_columns
-from mafsil.derivation.matrices import evaluate, numbers, transpose
-from mafsil.derivation.polynomial import Polynomial, constant
+from mafsil.derivation.polynomial import Polynomial, constant, evaluate, numbers, transpose
 from mafsil.derivation.text import formula, side_text
 from mafsil.derivation.verification import Judge
 from mafsil.errors import ModelError

@@ -13,10 +13,9 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.derivation import DerivationError, derive_dynamics, to_html, to_latex, to_text
 from mafsil.derivation.arm import symbolic_arm
-from mafsil.derivation.bodies import symbolic_bodies
 from mafsil.derivation.dynamics import DynamicsJudge, newton_euler, same
-from mafsil.derivation.lagrange_method import lagrange, operations
-from mafsil.derivation.matrices import ZERO
+from mafsil.derivation.lagrange_method import lagrange, operations, symbolic_bodies
+from mafsil.derivation.polynomial import ZERO
 from mafsil.derivation.text import formula
 from mafsil.errors import ModelError
 from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism, library

@@ -12,7 +12,7 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.derivation import DerivationError, derive_ik, to_html, to_latex, to_text
 from mafsil.derivation.expression import function, name_expression, number, plus_minus
-from mafsil.derivation.ik_judge import between
+from mafsil.derivation.verification import between
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.ik import closed_form

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mafsil.derivation.factored import evaluate, factor_out
+from mafsil.derivation.grouping import evaluate, factor_out
 from mafsil.derivation.polynomial import angle_sum, constant, simplify, symbol, trig
 from mafsil.derivation.text import formula
 

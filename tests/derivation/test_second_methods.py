@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mafsil.derivation import derive_fk, derive_jacobian, to_html, to_latex, to_text
-from mafsil.derivation.classic import typed_classic
+from mafsil.derivation.arm import typed_classic
 from mafsil.derivation.text import formula
 from mafsil.errors import InputError, ModelError
 from mafsil.messages.isolates import END, LEFT_TO_RIGHT

@@ -12,8 +12,8 @@ import numpy as np
 from mafsil.grasp import Contact, Grasp, three_fingers
 from mafsil.grasp.closure import closure
 from mafsil.grasp.closure_methods import closure_by_all_methods
+from mafsil.grasp.contact_batch import wrench_closures
 from mafsil.grasp.two_fingers import nguyen
-from mafsil.grasp.wrench_batch import wrench_closures
 from mafsil.solvers.rational import Location, locate_origin
 
 

@@ -11,10 +11,10 @@ import pytest
 
 from mafsil.errors import InputError
 from mafsil.grasp import Contact, Grasp, closure, eliminate, rank_grasps, three_fingers, two_fingers
+from mafsil.grasp.clearance import point_velocity
 from mafsil.grasp.closure import ClosureStatus
-from mafsil.grasp.free_motions import point_velocity
+from mafsil.grasp.contact_batch import wrench_closures
 from mafsil.grasp.friction import angle_to_normal
-from mafsil.grasp.wrench_batch import wrench_closures
 from mafsil.solvers.rational import Location, locate_origin
 from tests.sizes import size
 

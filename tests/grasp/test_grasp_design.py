@@ -21,8 +21,13 @@ from mafsil.grasp.synthesis import (
     least_friction,
     polygon_contacts,
 )
-from mafsil.grasp.task_quality import ellipsoid_scale, smallest_singular_value, task_scale
-from mafsil.grasp.uncertainty import frictionless_regions, two_finger_regions
+from mafsil.grasp.uncertainty import (
+    ellipsoid_scale,
+    frictionless_regions,
+    smallest_singular_value,
+    task_scale,
+    two_finger_regions,
+)
 
 
 def pinch(mu=0.5):

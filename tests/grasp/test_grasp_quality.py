@@ -13,9 +13,15 @@ from scipy.optimize import minimize, nnls
 
 from mafsil.grasp import Contact, Grasp
 from mafsil.grasp.closure import Margin
-from mafsil.grasp.cone import ConeWrenches
-from mafsil.grasp.quality import distance_to_hull, point_discs, quality_by_facets, quality_of_discs, quality_of_wrenches
-from mafsil.grasp.symmetries import symmetries
+from mafsil.grasp.enclosure import ConeWrenches
+from mafsil.grasp.quality import (
+    distance_to_hull,
+    point_discs,
+    quality_by_facets,
+    quality_of_discs,
+    quality_of_wrenches,
+    symmetries,
+)
 from tests.sizes import few
 
 SEEDS = range(12)

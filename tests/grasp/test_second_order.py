@@ -11,9 +11,9 @@ from mafsil.cli.registry import operation
 from mafsil.errors import InputError
 from mafsil.figures.grasp import save_free_motions
 from mafsil.grasp import Contact, Grasp
+from mafsil.grasp.body import ellipsoid_contact
 from mafsil.grasp.displacement import displaced_pose, free_twists
 from mafsil.grasp.second_order import ImmobilityStatus, second_order
-from mafsil.grasp.surfaces import ellipsoid_contact
 from mafsil.grasp.synthesis import polygon_contacts
 
 TRIANGLE = polygon_contacts([(0, 0), (1, 0), (0.5, np.sqrt(3) / 2)], 1)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from mafsil.identification import MotionLog
-from mafsil.identification.consistency import BodyParameterisation, physically_consistent
+from mafsil.identification.regression import BodyParameterisation, physically_consistent
 from mafsil.mechanics.inertial_parameters import inertial_of, inertial_parameters
 from mafsil.model import Actuator, Friction
 from mafsil.robot import Robot, load

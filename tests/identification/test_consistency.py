@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mafsil.identification.consistency import (
+from mafsil.identification.regression import (
     BodyParameterisation,
     ball,
     nearest_consistent,

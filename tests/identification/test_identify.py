@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import FileError, InputError
 from mafsil.identification import MotionLog, identify
-from mafsil.identification.consistency import physically_consistent
+from mafsil.identification.regression import physically_consistent
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from tests.identification.simulated import different, noisy_log, torque_errors, write_csv

@@ -6,8 +6,8 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.identification import MotionLog, estimate_payload
-from mafsil.identification.consistency import physically_consistent
-from mafsil.identification.model_update import with_load
+from mafsil.identification.regression import physically_consistent
+from mafsil.identification.torque_model import with_load
 from mafsil.mechanics.inertial_parameters import parameters_of
 from mafsil.model import Inertial
 from tests.identification.simulated import different, effort, noisy_log

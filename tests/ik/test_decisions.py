@@ -20,7 +20,7 @@ from mafsil.ik.refine import distinct, pose_errors, refine_rows, residuals
 from mafsil.ik.refine_loops import unique_rows
 from mafsil.ik.result import IKStatus
 from mafsil.ik.tolerances import NO_BETTER, SINGULAR
-from mafsil.mechanics.closed_form.thresholds import CLEAR, INSIDE, LOOSE, MERGED
+from mafsil.mechanics.arm_pattern import CLEAR, INSIDE, LOOSE, MERGED
 from mafsil.robot import Robot, load
 from tests.budget import within
 

@@ -11,7 +11,7 @@ import mafsil as mf
 from mafsil.control import TaskCoordinates, Wall, task_dynamics
 from mafsil.control.contact import CombinedEnvironment, TipForceSensor
 from mafsil.control.laws import TipOfJoints
-from mafsil.control.laws.task_dynamics import null_space_feedback
+from mafsil.control.laws.task_coordinates import null_space_feedback
 from mafsil.errors import JobError
 from mafsil.job import Run, bench_laws, parse_job, solve, solve_file
 from mafsil.job.judgement import summary

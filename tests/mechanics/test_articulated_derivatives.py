@@ -13,7 +13,8 @@ from mafsil.mechanics.body_tree import lump_bodies
 from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
-from mafsil.mechanics.quantities import dynamics_derivatives, mass_matrix
+from mafsil.mechanics.quantities import dynamics_derivatives
+from mafsil.mechanics.quantities import forward_dynamics as mass_matrix
 from mafsil.mechanics.quantities.forward_dynamics import forward_dynamics
 from mafsil.mechanics.wrench import ground_is_shorter
 from mafsil.model import library

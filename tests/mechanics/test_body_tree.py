@@ -8,9 +8,8 @@ from mafsil.arrays import frozen
 from mafsil.mechanics.articulated_body import articulated_body
 from mafsil.mechanics.body_tree import BodyTree, RigidInertia, lump_bodies, rotation_onto
 from mafsil.mechanics.frame_choice import in_chosen_frames, regroup, without_rounding
-from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix
+from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix, mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.tolerances import TYPED
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mafsil.errors import InputError
 from mafsil.one_joint import ErrorDynamics, roots, routh_hurwitz
-from mafsil.one_joint.routh import StabilityStatus
+from mafsil.one_joint.polynomial import StabilityStatus
 
 
 @pytest.mark.capability("10-23")

@@ -15,8 +15,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.grasp import Contact, Grasp
+from mafsil.grasp.contact_batch import wrench_closures
 from mafsil.grasp.quality import point_discs, quality_of_discs
-from mafsil.grasp.wrench_batch import wrench_closures
 from mafsil.solvers.rational import Location, locate_origin
 from tests.reliability import figures
 

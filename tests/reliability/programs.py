@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from mafsil.arrays import Floats
-from mafsil.grasp.wrench_batch import wrench_closures
+from mafsil.grasp.contact_batch import wrench_closures
 from tests.reliability import figures
 
 CHUNK = 10_000

@@ -15,7 +15,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.one_joint import routh_hurwitz
-from mafsil.one_joint.routh import StabilityStatus
+from mafsil.one_joint.polynomial import StabilityStatus
 from tests.reliability import figures
 
 CHUNK, MOST_ORDER = 2_000, 10

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mafsil.grasp.wrench_batch import wrench_closures
+from mafsil.grasp.contact_batch import wrench_closures
 from mafsil.solvers.rational import Location, locate_origin
 from tests.reliability import grasps, programs
 

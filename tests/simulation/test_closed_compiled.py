@@ -15,7 +15,7 @@ from mafsil.model import Friction, JointKind
 from mafsil.parallel import ClosedChain
 from mafsil.simulation import ClosedPlant, Scenario, SensorNoise, WrenchPulse, simulate
 from mafsil.simulation.closed_plant import ClosedStepper
-from mafsil.simulation.fused_run import FusedRun
+from mafsil.simulation.fused import FusedRun
 from mafsil.simulation.recording import SimulationStatus
 from mafsil.trajectory import quintic
 from mafsil.trajectory.profiles import rest

@@ -18,7 +18,7 @@ from mafsil.control import (
     task_dynamics,
 )
 from mafsil.control.contact import TipForceSensor, hybrid_certificate, sampled_force_radius
-from mafsil.control.contact.hybrid_certificate import HybridStatus
+from mafsil.control.contact.hybrid import HybridStatus
 from mafsil.control.laws import TipMotion
 from mafsil.errors import InputError
 from mafsil.simulation import RigidPlant, RigidSurface, simulate

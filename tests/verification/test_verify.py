@@ -17,7 +17,7 @@ from mafsil.errors import InputError, ModelError
 from mafsil.mechanics import articulated_body
 from mafsil.mechanics.body_tree import BodyTree
 from mafsil.mechanics.catalogue import CATALOGUE
-from mafsil.mechanics.quantities import inverse_dynamics, jacobian, link_motion
+from mafsil.mechanics.quantities import inverse_dynamics, kinematics, link_motion
 from mafsil.model import Actuator, Friction, Inertial, Joint, JointKind, Link, Mechanism, Mimic, library
 from mafsil.robot import Robot
 from mafsil.verification import Check, verify
@@ -80,7 +80,7 @@ def _fallen_up(tree: BodyTree) -> BodyTree:
 SHARED_SLIPS = {
     "gravity": (inverse_dynamics, "inverse_dynamics", lambda f: lambda tree, *x: f(_fallen_up(tree), *x)),
     "tip wrench": (inverse_dynamics, "_add_tip_wrench", lambda f: lambda tree, F, *lists: f(tree, -F, *lists)),
-    "bracket": (jacobian, "bracket", lambda f: lambda a, b: -f(a, b)),
+    "bracket": (kinematics, "bracket", lambda f: lambda a, b: -f(a, b)),
     "centripetal": (link_motion, "spin_acceleration", lambda f: lambda omega, alpha: f(ex.zeros(3, 1), alpha)),
 }
 """Slips in the builders that many routines share."""

@@ -17,7 +17,7 @@ from mafsil.cli.table import number, table
 from mafsil.errors import FileError, InputError
 from mafsil.grasp import ClearanceMotion, Grasp, GraspPlan, GraspQuality, plan_grasps
 from mafsil.grasp.closure import Closure, vector
-from mafsil.grasp.elimination import eliminate
+from mafsil.grasp.closure_methods import eliminate
 from mafsil.grasp.forces import ContactForces
 from mafsil.grasp.grasp_file import GraspFile, read_grasp
 from mafsil.grasp.two_fingers import two_fingers

@@ -13,7 +13,7 @@ from mafsil.cli.table import brief, table
 from mafsil.errors import FileError, InputError
 from mafsil.identification import Identification, Payload, estimate_payload, read_log
 from mafsil.identification import identify as identified
-from mafsil.identification.model_update import save
+from mafsil.identification.torque_model import save
 from mafsil.messages import say
 from mafsil.model import JointKind
 from mafsil.robot import Robot, load

@@ -1,4 +1,5 @@
 from mafsil.derivation.check_dh import check_dh as check_dh
+from mafsil.derivation.check_dh import check_screws as check_screws
 from mafsil.derivation.check_jacobian import check_jacobian as check_jacobian
 from mafsil.derivation.document import Derivation as Derivation
 from mafsil.derivation.dynamics import derive_dynamics as derive_dynamics
@@ -11,6 +12,5 @@ from mafsil.derivation.latex import to_latex as to_latex
 from mafsil.derivation.review import Finding as Finding
 from mafsil.derivation.review import Mistake as Mistake
 from mafsil.derivation.review import Review as Review
-from mafsil.derivation.same_arm import check_screws as check_screws
 from mafsil.derivation.text import to_text as to_text
 from mafsil.derivation.verification import DerivationError as DerivationError

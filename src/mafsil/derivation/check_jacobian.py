@@ -20,9 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, not_negative, number, real_array
-from mafsil.derivation.formula_text import evaluate, parse_formula
-from mafsil.derivation.jacobian_formulas import expected_formulas
-from mafsil.derivation.lengths import CompiledArm, Reading, Truth, readings_of
+from mafsil.derivation.formula_text import CompiledArm, Reading, Truth, evaluate, parse_formula, readings_of
+from mafsil.derivation.jacobian import expected_formulas
 from mafsil.derivation.review import Finding, Mistake, Review, shown
 from mafsil.errors import InputError
 from mafsil.model import Mechanism

@@ -7,8 +7,20 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from mafsil.derivation.arm import SymbolicArm
-from mafsil.derivation.matrices import ZERO, Entries, Row, SymbolicPose, cross, minus, transform, transpose
-from mafsil.derivation.polynomial import Monomial, Polynomial, collect_terms, simplify
+from mafsil.derivation.polynomial import (
+    ZERO,
+    Entries,
+    Monomial,
+    Polynomial,
+    Row,
+    SymbolicPose,
+    collect_terms,
+    cross,
+    minus,
+    simplify,
+    transform,
+    transpose,
+)
 
 LONGEST = 400
 """A block whose expanded determinant has more terms is given up."""

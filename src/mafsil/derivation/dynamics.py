@@ -11,12 +11,30 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.derivation.arm import SymbolicArm, symbolic_arm
-from mafsil.derivation.bodies import Bodies, SymbolicBody, symbolic_bodies
-from mafsil.derivation.document import Derivation, Line, Name, Side, Step
-from mafsil.derivation.lagrange_method import Lagrange, coordinate_names, counts_step, lagrange, rates, too_long
-from mafsil.derivation.matrices import ZERO, Row, cross, minus, plus, scale_row, transform, transpose
-from mafsil.derivation.polynomial import Polynomial, simplify
-from mafsil.derivation.table_step import table_step
+from mafsil.derivation.document import Derivation, Line, Name, Side, Step, table_step
+from mafsil.derivation.lagrange_method import (
+    Bodies,
+    Lagrange,
+    SymbolicBody,
+    coordinate_names,
+    counts_step,
+    lagrange,
+    rates,
+    symbolic_bodies,
+    too_long,
+)
+from mafsil.derivation.polynomial import (
+    ZERO,
+    Polynomial,
+    Row,
+    cross,
+    minus,
+    plus,
+    scale_row,
+    simplify,
+    transform,
+    transpose,
+)
 from mafsil.derivation.tolerances import LIMIT
 from mafsil.derivation.verification import STATES, DerivationError, Judge
 from mafsil.errors import ModelError

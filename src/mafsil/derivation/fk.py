@@ -8,11 +8,9 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.derivation.arm import SymbolicArm, compose, symbolic_arm
-from mafsil.derivation.document import Derivation, Line, Name, Step
-from mafsil.derivation.matrices import ONE, ZERO, SymbolicPose, product, transform, transpose
-from mafsil.derivation.polynomial import symbol
+from mafsil.derivation.document import Derivation, Line, Name, Step, table_step
+from mafsil.derivation.polynomial import ONE, ZERO, SymbolicPose, product, symbol, transform, transpose
 from mafsil.derivation.screw_method import Form, fk_by_screws, wants_screws
-from mafsil.derivation.table_step import table_step
 from mafsil.derivation.verification import STATES, Judge
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention

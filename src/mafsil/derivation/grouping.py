@@ -1,8 +1,7 @@
-"""Formulas of dynamics as a person writes them: terms that share all but the mass together, one bracket a mass.
+"""Polynomials as a person writes them: common factors in front of brackets; in dynamics one bracket a mass.
 
-(m1 + m2) L1^2 + m2 (L2^2 + 2 L1 L2 c2) rather than factors in the order of their frequency.
-
-One summand of a formula on paper: number, factors, and perhaps a bracket.
+Terms that share all but the mass stand together, (m1 + m2) L1^2 + m2 (L2^2 + 2 L1 L2 c2) rather than factors in the
+order of their frequency. A part is one summand of a formula on paper: number, factors, and perhaps a bracket.
 """
 
 from __future__ import annotations
@@ -13,7 +12,17 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
-from mafsil.derivation.polynomial import RATES, Factor, Monomial, Polynomial, Symbol, Values, factor_value, rank
+from mafsil.derivation.polynomial import (
+    RATES,
+    Factor,
+    Monomial,
+    Polynomial,
+    Symbol,
+    Values,
+    collect_terms,
+    factor_value,
+    rank,
+)
 
 Terms = Mapping[Monomial, float]
 
@@ -183,3 +192,42 @@ def powers(factors: tuple[Factor, ...]) -> tuple[tuple[Factor, int], ...]:
 def evaluate(parts: tuple[Part, ...], values: Values) -> Any:
     """The sum of the summands."""
     return sum((part.evaluate(values) for part in parts), start=0.0)
+
+
+def factor_out(polynomial: Polynomial) -> tuple[Part, ...]:
+    """Summands with the most frequent common factors taken out, first those of most terms; masses in front of all."""
+    if has_inertia(polynomial):
+        return group_summands(polynomial)
+    common = _most_frequent(polynomial)
+    if common is None:
+        return tuple(Part(number, monomial) for monomial, number in polynomial.terms.items())
+    inside = {m: x for m, x in polynomial.terms.items() if common in m}
+    outside = Polynomial({m: x for m, x in polynomial.terms.items() if common not in m})
+    bracket = factor_out(collect_terms((_divide(m, common), x) for m, x in inside.items()))
+    first = next(iter(polynomial.terms))
+    here = _in_front(common, bracket)
+    rest = factor_out(outside)
+    return (here, *rest) if common in first else (*rest, here)
+
+
+def _most_frequent(polynomial: Polynomial) -> Factor | None:
+    """The factor of most terms, at least two; of equally frequent ones the first on paper."""
+    counts = Counter(factor for monomial in polynomial.terms for factor in set(monomial))
+    best = min(counts, key=lambda f: (-counts[f], isinstance(f, Symbol), rank(f)), default=None)
+    return best if best is not None and counts[best] > 1 else None
+
+
+def _divide(monomial: Monomial, factor: Factor) -> Monomial:
+    rest = list(monomial)
+    rest.remove(factor)
+    return tuple(rest)
+
+
+def _in_front(factor: Factor, bracket: tuple[Part, ...]) -> Part:
+    """Factor (bracket), with a bracket of one summand dissolved and a leading minus taken out."""
+    if len(bracket) == 1:
+        only = bracket[0]
+        return Part(only.number, tuple(sorted((factor, *only.factors), key=rank)), only.bracket)
+    if all(part.number < 0 for part in bracket):
+        return Part(-1.0, (factor,), tuple(Part(-p.number, p.factors, p.bracket) for p in bracket))
+    return Part(1.0, (factor,), bracket)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.derivation.document import Derivation, Grid, Line, Name, Step
 from mafsil.derivation.expression import Expression, function, name_expression, number, plus_minus
-from mafsil.derivation.ik_judge import AngleJudge, vector_text
+from mafsil.derivation.verification import AngleJudge, vector_text
 from mafsil.errors import ModelError
 from mafsil.mechanics.arm_pattern import ArmPattern, Family, PositioningMethod
 from mafsil.model import Mechanism

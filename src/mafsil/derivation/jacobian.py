@@ -1,22 +1,38 @@
-"""Jacobians derived step by step: axes and points by inspection, columns, tip velocity, determinant and its zeros."""
+"""Jacobians derived step by step: axes and points by inspection, columns, tip velocity, determinant and its zeros.
+
+Their entries as text serve the sentence that says what should stand in a student's Jacobian.
+"""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.derivation.arm import SymbolicArm, symbolic_arm
 from mafsil.derivation.determinant import Determinant, determinant
-from mafsil.derivation.document import Derivation, Factors, Line, Name, Side, Step
+from mafsil.derivation.document import Derivation, Factors, Line, Name, Side, Step, table_step
 from mafsil.derivation.fk import base_letter, blocks, products
-from mafsil.derivation.matrices import ZERO, Entries, Row, SymbolicPose, cross, transpose
-from mafsil.derivation.polynomial import Polynomial, Trig, simplify
+from mafsil.derivation.polynomial import (
+    ZERO,
+    Entries,
+    Polynomial,
+    Row,
+    SymbolicPose,
+    Trig,
+    cross,
+    plus,
+    simplify,
+    transform,
+    transpose,
+)
+from mafsil.derivation.polynomial import cross as moment
 from mafsil.derivation.screw_method import Form, jacobian_by_screws, wants_screws
-from mafsil.derivation.table_step import table_step
+from mafsil.derivation.text import formula
 from mafsil.derivation.verification import STATES, Judge
+from mafsil.errors import ModelError
 from mafsil.messages import say
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention
@@ -174,3 +190,47 @@ def _seen(arm: SymbolicArm, judge: Judge, found: Determinant) -> Floats:
     v = v + np.cross(omega, point[:, :, None], axisa=1, axisb=1, axisc=1)
     both = np.concatenate([R.transpose(0, 2, 1) @ omega, R.transpose(0, 2, 1) @ v], axis=1)
     return both[:, list(found.rows)]
+
+
+MOST_JOINTS_OF_FORMULAS = 7
+"""Formulas of longer chains are longer than what a sentence holds."""
+LONGEST = 400
+"""Characters of one entry."""
+
+
+def expected_formulas(
+    mechanism: Mechanism, kind: str, rows: int, columns: Collection[int]
+) -> dict[int, tuple[str, ...]]:
+    """The entries of some columns; nothing where they are too long or the arm has no letters.
+
+    Args:
+        mechanism: the robot.
+        kind: `space`, `body` or `tip`.
+        rows: 6, or 3 or 2 of the tip's velocity.
+        columns: numbers from 1, in the order of q.
+    """
+    try:
+        arm = symbolic_arm(mechanism, None)
+    except ModelError:
+        return {}
+    if arm.n > MOST_JOINTS_OF_FORMULAS:
+        return {}
+    found = {arm.coordinates[i] + 1: column for i, column in enumerate(_formula_columns(arm, kind, rows))}
+    zero = ("0",) * rows
+    texts = {c: tuple(formula(x) for x in found[c]) if c in found else zero for c in set(columns)}
+    return {c: text for c, text in texts.items() if max(map(len, text)) <= LONGEST}
+
+
+def _formula_columns(arm: SymbolicArm, kind: str, rows: int) -> tuple[Row, ...]:
+    space = space_columns(arm)
+    if kind == "space":
+        return space
+    if kind == "tip":
+        moved = tip_columns(arm)
+        return tuple((*column[:3], *p) if rows == 6 else p[:rows] for column, p in zip(space, moved, strict=True))
+    tip = arm.poses()[-1]
+    turned = transpose(tip.R)
+    return tuple(
+        (*transform(turned, column[:3]), *transform(turned, plus(column[3:], moment(column[:3], tip.p))))
+        for column in space
+    )

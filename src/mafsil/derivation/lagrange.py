@@ -16,11 +16,11 @@ from mafsil.arrays import Floats
 from mafsil.derivation.document import Derivation, Grid, Line, Name, Step
 from mafsil.derivation.expression import glyph
 from mafsil.derivation.formula_text import evaluate, parse_formula
-from mafsil.derivation.matrices import Row
 from mafsil.derivation.polynomial import (
     Angle,
     Factor,
     Polynomial,
+    Row,
     Symbol,
     Values,
     angle_sum,

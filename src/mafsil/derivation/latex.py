@@ -14,10 +14,8 @@ from mafsil.derivation.expression import (
     signed_angles,
     with_letters,
 )
-from mafsil.derivation.factored import Part, factor_out
-from mafsil.derivation.grouping import powers
-from mafsil.derivation.matrices import Entries
-from mafsil.derivation.polynomial import Factor, Polynomial, Trig
+from mafsil.derivation.grouping import Part, factor_out, powers
+from mafsil.derivation.polynomial import Entries, Factor, Polynomial, Trig
 from mafsil.derivation.text import checked_sentence, language_code, split_angle, step_sentence
 from mafsil.derivation.text import formula as plain_formula
 from mafsil.messages import in_sentence, say

@@ -1,22 +1,32 @@
-"""Whether lists of screws are the same arm, and the change of base frame between them; many lists at once.
+"""Whether lists of screws or Denavit-Hartenberg tables are the same arm: many at once against one robot.
 
-A student's list of screw axes against the robot: which joint is wrong, and by which mistake.
+Lists of screws are the same arm up to a change of the base frame between them. Of tables that are not the arm, single
+values are found that would make them so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Literal
+from collections.abc import Sequence
+from itertools import islice
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, Vector6, as_batch, not_negative
-from mafsil.derivation.review import Finding, Mistake, Review, shown
-from mafsil.derivation.tolerances import ALMOST_PARALLEL, NEAREST, PSEUDOINVERSE
-from mafsil.errors import InputError
-from mafsil.model.dh_from_axes import screws
-from mafsil.model.loading import RobotLike, as_mechanism
+from mafsil.arrays import Floats, PoseMatrix
+from mafsil.derivation.tolerances import (
+    ALMOST_PARALLEL,
+    DEPENDENT,
+    DH_STEP,
+    LEAST_LENGTH,
+    NEAREST,
+    PSEUDOINVERSE,
+    QUARTER,
+)
+from mafsil.model import Mechanism
+from mafsil.model.denavit_hartenberg import Convention, DHRow
+from mafsil.model.dh_frames import tables_of_screws
+from mafsil.model.dh_from_axes import classic_from_modified, screws
 
 _REFINEMENTS = 3
 
@@ -128,92 +138,179 @@ def _skew(w: Floats) -> Floats:
     return out
 
 
-def check_screws(
-    S: ArrayLike, mechanism: RobotLike, form: Literal["space", "body"] = "space", *, tolerance: float = 1e-6
-) -> Review:
-    """Whether screw axes are those of the robot at q = 0; if not, which are wrong and why.
+Rows: TypeAlias = tuple[DHRow, ...]
+Field: TypeAlias = Literal["a", "alpha", "d", "theta"]
+FIELDS: tuple[Field, ...] = ("alpha", "a", "d", "theta")
+ANGLES = ("alpha", "theta")
+_STEPS = 10
+_STARTS = 8
+_MOST_TABLES = 64
+
+
+class Solved(NamedTuple):
+    """The value of one entry with which the table would be the robot."""
+
+    row: int
+    field: Field
+    value: float
+
+
+class Truth:
+    """The robot's axes and home pose, and whether tables have the same.
 
     Args:
-        S: (n, 6) axes (omega, v), rows as the joints from the base.
-        mechanism: a Robot, a Mechanism, a name of the library or a path.
-        form: `space` if the axes are given in {s}, `body` if in the tip frame.
-        tolerance: of every entry.
-
-    Raises:
-        InputError: not (n, 6) finite numbers, or an unknown form.
+        mechanism: the robot.
+        base, tool: (4, 4) poses that go with the tables; None if any will do.
+        tolerance: of directions and of lengths [m].
     """
-    tolerance = not_negative("tolerance", tolerance)
-    if form not in ("space", "body"):
-        raise InputError("derivation.form", value=form, known="space, body")
-    space, body, _ = screws(as_mechanism(mechanism))
-    truth, other = (space, body) if form == "space" else (body, space)
-    given = as_batch("S", S, truth.shape, finite=True)
-    if given.ndim != 2:
-        raise InputError("input.shape", name="S", expected=truth.shape, got=given.shape, hint="")
-    if np.abs(given - truth).max() <= tolerance:
-        return Review()
-    if np.abs(given - other).max() <= tolerance:
-        return Review((Finding(Mistake.FRAME),))
-    if np.abs(np.roll(given, 3, axis=1) - truth).max() <= tolerance:
-        return Review((Finding(Mistake.PARTS_SWAPPED),))
-    findings = [
-        _finding(i, given[i], truth, other, tolerance)
-        for i in range(len(truth))
-        if np.abs(given[i] - truth[i]).max() > tolerance
-    ]
-    proven = all(finding.mistake is not Mistake.VALUE for finding in findings)
-    if not proven and _is_moved(given, truth, tolerance):
-        return Review((Finding(Mistake.OTHER_BASE),))
-    return Review(tuple(findings), proven=proven)
+
+    def __init__(
+        self, mechanism: Mechanism, base: PoseMatrix | None, tool: PoseMatrix | None, tolerance: float
+    ) -> None:
+        self.S, _, self.home = screws(mechanism)
+        self.base, self.tool, self.tolerance = base, tool, tolerance
+
+    def agreeing(self, tables: Sequence[Rows], convention: Convention) -> NDArray[np.bool_]:
+        """(m,) which of the tables are the robot."""
+        if not tables:
+            return np.zeros(0, dtype=np.bool_)
+        numbers, revolute = _numbers(tables)
+        return np.abs(self._misfit(numbers, revolute, convention)).max(axis=1, initial=0.0) <= self.tolerance
+
+    def solve_entries(self, rows: Rows, convention: Convention) -> list[Solved]:
+        """Every entry that alone can make the table right, with the value that does.
+
+        1. Each of the 4n entries from several starts: angles all round, lengths from the given value and from zero.
+        2. Newton's steps on the one number, x <- x - (r . r') / (r' . r'), r the misfit after the best base pose.
+        3. What agrees within the tolerance, the value nearest to the given one first.
+        """
+        given, turns = _numbers([rows])
+        places = [(i, f, x) for i in range(len(rows)) for f in range(4) for x in _starts(f, float(given[0, i, f]))]
+        numbers = np.repeat(given, len(places), axis=0)
+        revolute = np.repeat(turns, len(places), axis=0)
+        at = (np.arange(len(places)), np.array([p[0] for p in places]), np.array([p[1] for p in places]))
+        numbers[at] = [p[2] for p in places]
+        size = max(LEAST_LENGTH, float(np.abs(given[..., 1:3]).max(initial=0.0)))
+        width = np.where(np.isin(at[2], (0, 3)), DH_STEP, DH_STEP * size)
+        for _ in range(_STEPS):
+            ahead, behind = numbers.copy(), numbers.copy()
+            ahead[at] += width
+            behind[at] -= width
+            error = self._misfit(numbers, revolute, convention)
+            slope = (self._misfit(ahead, revolute, convention) - self._misfit(behind, revolute, convention)) / (
+                2 * width[:, None]
+            )
+            numbers[at] -= (error * slope).sum(axis=1) / np.maximum((slope * slope).sum(axis=1), DEPENDENT)
+        fits = np.abs(self._misfit(numbers, revolute, convention)).max(axis=1) <= self.tolerance
+        return _nearest(given[0], [(*places[k][:2], float(numbers[at][k])) for k in np.flatnonzero(fits)])
+
+    def tables(self, convention: Convention) -> list[Rows]:
+        """Right tables with our own frames, all senses of meeting axes.
+
+        Raises:
+            ModelError: a helical joint, which no table has.
+        """
+        own = islice(tables_of_screws(self.S, self.home), _MOST_TABLES)
+        return [(t if convention is Convention.MODIFIED else classic_from_modified(t)).rows for t in own]
+
+    def _misfit(self, numbers: Floats, revolute: Floats, convention: Convention) -> Floats:
+        """(m, k) differences of axes, and of the tip's pose where the tool is given."""
+        S, ends = _axes(numbers, revolute, convention, np.eye(4) if self.base is None else self.base)
+        if self.base is not None:
+            B = np.broadcast_to(np.eye(4), ends.shape)
+        elif self.tool is not None:
+            B = self.home @ np.linalg.inv(ends @ self.tool)
+        else:
+            B = base_between(S, self.S)
+        axes = misfit(S, self.S, B).reshape(len(S), -1)
+        if self.tool is None:
+            return axes
+        return np.concatenate([axes, (B @ ends @ self.tool - self.home).reshape(len(S), -1)], axis=1)
 
 
-def _is_moved(given: Floats, truth: Floats, tolerance: float) -> bool:
-    """Whether one change of frame makes all axes right."""
-    B = base_between(given[None], truth)
-    return float(np.abs(misfit(given[None], truth, B)).max(initial=0.0)) <= tolerance
+def distance(rows: Rows, tables: Sequence[Rows], tolerance: float) -> int:
+    """Number of entries in which a table differs from the nearest of others."""
+    return min((sum(1 for _ in differing(rows, table, tolerance)) for table in tables), default=0)
 
 
-def _finding(i: int, S: Vector6, truth: Floats, other: Floats, tolerance: float) -> Finding:
-    for mistake, entry, right in _mistaken(i, truth, other):
-        if np.abs(S - right).max() <= tolerance:
-            return _name(mistake, i, entry, S, truth[i])
-    wrong = truth[i]
-    if np.abs(S[:3] - wrong[:3]).max() > tolerance:
-        length = float(np.linalg.norm(S[:3]))
-        aligned = length > 0 and np.abs(S / length - wrong).max() <= tolerance
-        return _name(Mistake.NOT_UNIT if aligned else Mistake.VALUE, i, "S" if aligned else "ω", S, wrong)
-    # A point q on the axis written where its moment belongs: -omega x q is then the right v.
-    if wrong[:3].any() and np.abs(-np.cross(wrong[:3], S[3:]) - wrong[3:]).max() <= tolerance:
-        return _name(Mistake.POINT_AS_MOMENT, i, "v", S, wrong)
-    flipped = np.abs(np.abs(S[3:]) - np.abs(wrong[3:])).max() <= tolerance
-    return _name(Mistake.SIGN if flipped else Mistake.VALUE, i, "v", S, wrong)
+def differing(rows: Rows, right: Rows, tolerance: float) -> list[tuple[int, Field | Literal["kind"]]]:
+    """Row (from 0) and name of every entry in which two tables differ, whole turns aside."""
+    found: list[tuple[int, Field | Literal["kind"]]] = []
+    for i, (row, other) in enumerate(zip(rows, right, strict=True)):
+        if row.kind != other.kind:
+            found.append((i, "kind"))
+        for field in FIELDS:
+            apart = value_of(row, field) - value_of(other, field)
+            if field in ANGLES:
+                apart = float(np.angle(np.exp(1j * apart)))
+            if abs(apart) > tolerance:
+                found.append((i, field))
+    return found
 
 
-def _mistaken(i: int, truth: Floats, other: Floats) -> Iterator[tuple[Mistake, str, Vector6]]:
-    """What the axis would be after each mistake."""
-    omega, v = truth[i, :3], truth[i, 3:]
-    revolute = bool(omega.any())
-    if revolute and v.any():
-        yield Mistake.CROSS_ORDER, "v", np.concatenate([omega, -v])
-        yield Mistake.NO_MOMENT, "v", np.concatenate([omega, np.zeros(3)])
-    yield Mistake.REVERSED, "S", -truth[i]
-    if revolute:
-        yield Mistake.SIGN, "ω", np.concatenate([-omega, v])
-    yield Mistake.PARTS_SWAPPED, "S", np.concatenate([v, omega])
-    yield Mistake.FRAME, "S", other[i]
-    for k in range(len(truth)):
-        if k != i:
-            yield Mistake.COLUMN_SWAPPED, "S", truth[k]
-    if revolute:
-        yield Mistake.KIND, "S", np.concatenate([np.zeros(3), omega])
-    else:
-        yield Mistake.KIND, "S", np.concatenate([v, np.zeros(3)])
+def value_of(row: DHRow, field: Field) -> float:
+    """An entry at q = 0: the constant offset of the coordinate counts."""
+    moving = "theta" if row.kind == "R" else "d"
+    return float(getattr(row, field)) + (row.offset if field == moving else 0.0)
 
 
-def _name(mistake: Mistake, i: int, entry: str, S: Vector6, right: Vector6) -> Finding:
-    part = {"v": slice(3, 6), "ω": slice(0, 3)}.get(entry, slice(0, 6))
-    return Finding(mistake, row=i + 1, entry=entry, given=_tuple(S[part]), expected=_tuple(right[part]))
+def _numbers(tables: Sequence[Rows]) -> tuple[Floats, Floats]:
+    """(m, n, 4) entries in the order of FIELDS, and (m, n) whether the joints turn."""
+    numbers = np.array([[[value_of(row, field) for field in FIELDS] for row in rows] for rows in tables])
+    return numbers, np.array([[row.kind == "R" for row in rows] for rows in tables])
 
 
-def _tuple(values: Floats) -> str:
-    return "(" + ", ".join(shown(float(x)) for x in values) + ")"
+def _axes(numbers: Floats, revolute: Floats, convention: Convention, base: PoseMatrix) -> tuple[Floats, Floats]:
+    """(m, n, 6) screw axes at q = 0 and (m, 4, 4) poses of {n}."""
+    T = np.broadcast_to(base, (len(numbers), 4, 4))
+    axes = np.zeros((*numbers.shape[:2], 6))
+    for i in range(numbers.shape[1]):
+        before, T = T, T @ _link(numbers[:, i], convention)
+        frame = T if convention is Convention.MODIFIED else before
+        z, moment = frame[:, :3, 2], np.cross(frame[:, :3, 3], frame[:, :3, 2])
+        turns = revolute[:, i, None]
+        axes[:, i, :3] = np.where(turns, z, 0.0)
+        axes[:, i, 3:] = np.where(turns, moment, z)
+    return axes, T
+
+
+def _link(numbers: Floats, convention: Convention) -> Floats:
+    """(m, 4, 4) link transforms."""
+    alpha, a, d, theta = numbers.T
+    along_x = np.broadcast_to(np.eye(4), (len(numbers), 4, 4)).copy()
+    along_z = along_x.copy()
+    along_x[:, 1, 1] = along_x[:, 2, 2] = np.cos(alpha)
+    along_x[:, 2, 1], along_x[:, 1, 2], along_x[:, 0, 3] = np.sin(alpha), -np.sin(alpha), a
+    along_z[:, 0, 0] = along_z[:, 1, 1] = np.cos(theta)
+    along_z[:, 1, 0], along_z[:, 0, 1], along_z[:, 2, 3] = np.sin(theta), -np.sin(theta), d
+    return along_x @ along_z if convention is Convention.MODIFIED else along_z @ along_x
+
+
+def _starts(field: int, given: float) -> list[float]:
+    if FIELDS[field] in ANGLES:
+        return [given + 2 * np.pi * k / _STARTS for k in range(_STARTS)]
+    return [given, 0.0] if given else [0.0]
+
+
+def _nearest(given: Floats, found: list[tuple[int, int, float]]) -> list[Solved]:
+    """For every entry the value nearest to the given one; angles within half a turn, cleaned of roundoff."""
+    best: dict[tuple[int, int], float] = {}
+    for i, f, value in found:
+        tidy = _tidy(value, FIELDS[f])
+        before = best.get((i, f))
+        if before is None or _apart(tidy, given[i, f], f) < _apart(before, given[i, f], f):
+            best[i, f] = tidy
+    return [Solved(i, FIELDS[f], value) for (i, f), value in best.items()]
+
+
+def _tidy(value: float, field: Field) -> float:
+    """An angle in (-pi, pi]; rounding of quarter turns and of lengths removed."""
+    if field in ANGLES:
+        value = float(-np.angle(np.exp(-1j * value)))
+        quarters = round(value / (np.pi / 2))
+        return quarters * np.pi / 2 if abs(value - quarters * np.pi / 2) < QUARTER else value
+    return round(value, 9)
+
+
+def _apart(x: float, y: float, field: int) -> float:
+    return abs(float(np.angle(np.exp(1j * (x - y))))) if FIELDS[field] in ANGLES else abs(x - y)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
 from mafsil.derivation.expression import Expression, factor_glyph, glyph, number_text, signed_angles, superscript
-from mafsil.derivation.factored import Part, factor_out
-from mafsil.derivation.grouping import powers
-from mafsil.derivation.matrices import Entries
-from mafsil.derivation.polynomial import Factor, Polynomial, Trig
+from mafsil.derivation.grouping import Part, factor_out, powers
+from mafsil.derivation.polynomial import Entries, Factor, Polynomial, Trig
 from mafsil.errors import InputError
 from mafsil.messages import LANGUAGES, in_cell, in_sentence, say
 from mafsil.messages import language as current_language

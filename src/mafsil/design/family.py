@@ -26,14 +26,14 @@ from mafsil.robot import Robot
 
 if TYPE_CHECKING:
     import mafsil.expression as ex
-    import mafsil.mechanics.quantities.forward_kinematics as forward_kinematics
     import mafsil.mechanics.quantities.inverse_dynamics as inverse_dynamics
-    import mafsil.mechanics.quantities.jacobian as jacobian
+    import mafsil.mechanics.quantities.kinematics as forward_kinematics
+    import mafsil.mechanics.quantities.kinematics as jacobian
 else:
     ex = lazily("mafsil.expression")
-    forward_kinematics = lazily("mafsil.mechanics.quantities.forward_kinematics")
+    forward_kinematics = lazily("mafsil.mechanics.quantities.kinematics")
     inverse_dynamics = lazily("mafsil.mechanics.quantities.inverse_dynamics")
-    jacobian = lazily("mafsil.mechanics.quantities.jacobian")
+    jacobian = lazily("mafsil.mechanics.quantities.kinematics")
 
 RANK = 1e-9
 """Singular values below this share of the largest entry are none."""

@@ -14,8 +14,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.grasp import loops
-from mafsil.grasp.cone import ConeWrenches
-from mafsil.grasp.enclosure import SimplexVerdict, enclose, positive_combination
+from mafsil.grasp.enclosure import ConeWrenches, SimplexVerdict, enclose, positive_combination
 from mafsil.grasp.quality import (
     GraspQuality,
     agree,

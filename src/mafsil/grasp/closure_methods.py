@@ -1,28 +1,173 @@
 """The four classic methods for force closure, each on its own, so that they can be compared.
 
-All ask the same: is the origin strictly inside the convex hull of the columns of A (m, n)?
+All ask the same: is the origin strictly inside the convex hull of the columns of A (m, n)? One of them reduces A to
+[I S] by Gauss and Jordan, every row operation written down, on floats or exactly on fractions: what comes in decides.
+The right side is kept as combinations of b, so one elimination serves every external wrench.
 
-How many contacts closure needs at least, for any mix of frictionless, hard and soft ones.
-
-The frictional contacts span V with signs. In the q = m - dim V directions that V leaves open only the frictionless
-contacts act, each with one sense: at least q + 1 of them are needed there.
+How many contacts closure needs at least, for any mix of frictionless, hard and soft ones: the frictional contacts span
+V with signs. In the q = m - dim V directions that V leaves open only the frictionless contacts act, each with one
+sense: at least q + 1 of them are needed there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
+from math import isfinite
+from typing import Any, Literal
 
 import numpy as np
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, not_negative, real_array, require_finite
+from mafsil.errors import InputError
 from mafsil.grasp.closure import conditioning
 from mafsil.grasp.contact import Contact
-from mafsil.grasp.elimination import Reduction, eliminate
 from mafsil.grasp.quality import quality_by_facets
 from mafsil.grasp.tolerances import OPTIMUM, RANK
 from mafsil.solvers.linear_program import minimise
+from mafsil.solvers.rational import Rational
+
+Number = float | Fraction
+
+
+@dataclass(frozen=True)
+class RowOperation:
+    """One step.
+
+    Attributes:
+        kind: `swap` rows, `scale` a row, or `add` a multiple of a row to another.
+        row: that changes (from 0).
+        other: the other row of a swap or sum.
+        factor: of the scaling or of the row that is added.
+    """
+
+    kind: Literal["swap", "scale", "add"]
+    row: int
+    other: int
+    factor: Number
+
+    def __str__(self) -> str:
+        mine, other = f"R{self.row + 1}", f"R{self.other + 1}"
+        if self.kind == "swap":
+            return f"{mine} <-> {other}"
+        if self.kind == "scale":
+            return f"{mine} := {_shown(self.factor)} {mine}"
+        sign = "-" if self.factor < 0 else "+"
+        return f"{mine} := {mine} {sign} {_shown(abs(self.factor))} {other}"
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """[A | b] after elimination.
+
+    Attributes:
+        rows: reduced rows of A, all columns in their own order.
+        right: (m, m) combinations of b that stand on the right side: b becomes `right` b.
+        pivots: columns that became the identity.
+        free: the other columns, those of S.
+        steps: row operations, in order.
+        rank: number of pivots.
+    """
+
+    rows: list[list[Any]]
+    right: list[list[Any]]
+    pivots: tuple[int, ...]
+    free: tuple[int, ...]
+    steps: tuple[RowOperation, ...]
+
+    @property
+    def rank(self) -> int:
+        """Number of pivots."""
+        return len(self.pivots)
+
+    @property
+    def S(self) -> Floats:
+        """(rank, n - rank) the columns beside the identity."""
+        return np.array([[float(row[j]) for j in self.free] for row in self.rows[: self.rank]]).reshape(
+            self.rank, len(self.free)
+        )
+
+    def right_side(self, b: Floats) -> Floats:
+        """(m,) what stands beside the reduced rows for one b."""
+        return np.array([[float(v) for v in row] for row in self.right]) @ b
+
+    def lines(self) -> list[str]:
+        """The steps and the result as text."""
+        head = [str(step) for step in self.steps]
+        body = ["  ".join(f"{_shown(v):>9}" for v in row) for row in self.rows]
+        return [*head, *body]
+
+
+def eliminate(A: Floats | Sequence[Sequence[Rational]], *, jordan: bool = True, tolerance: float = 1e-10) -> Reduction:
+    """Gauss (upper triangle) or Gauss-Jordan (identity) with the first independent columns as pivots.
+
+    Args:
+        A: (m, n) floats (largest pivot of the column), or rows of int and Fraction (exact, first pivot).
+        jordan: clear above the pivots and scale them to 1.
+        tolerance: for floats: pivots below this share of the largest entry count as zero.
+    """
+    tolerance = not_negative("tolerance", tolerance)
+    exact = not isinstance(A, np.ndarray)
+    number = Fraction if exact else float
+    rows = _rows_of(A, number)
+    m, n, one = len(rows), len(rows[0]), number(1)
+    right: list[list[Any]] = [[one * (i == k) for k in range(m)] for i in range(m)]
+    limit = 0.0 if exact else tolerance * max(abs(v) for row in rows for v in row)
+    steps: list[RowOperation] = []
+    pivots: list[int] = []
+    for j in range(n):
+        top = len(pivots)
+        if top == m:
+            break
+        best = _pivot_row(rows, j, top, limit, exact)
+        if best is None:
+            continue
+        if best != top:
+            _apply(rows, right, steps, RowOperation("swap", top, best, one))
+        if jordan and rows[top][j] != 1:
+            _apply(rows, right, steps, RowOperation("scale", top, top, one / rows[top][j]))
+        for i in range(0 if jordan else top + 1, m):
+            if i != top and rows[i][j] != 0:
+                _apply(rows, right, steps, RowOperation("add", i, top, -rows[i][j] / rows[top][j]))
+                rows[i][j] = 0 * one
+        pivots.append(j)
+    free = tuple(j for j in range(n) if j not in pivots)
+    return Reduction(rows, right, tuple(pivots), free, tuple(steps))
+
+
+def _rows_of(A: Floats | Sequence[Sequence[Rational]], number: type[Fraction] | type[float]) -> list[list[Any]]:
+    """The rows of a matrix in numbers of one kind."""
+    given = np.asarray(A, dtype=object)
+    if given.ndim != 2 or not given.size:
+        raise InputError("input.shape", name="A", expected="(m, n)", got=given.shape, hint="")
+    if not all(isfinite(value) for line in A for value in line):
+        require_finite("A", real_array("A", np.asarray(A, dtype=np.float64)))
+    return [[number(value) for value in row] for row in A]
+
+
+def _pivot_row(rows: list[list[Any]], j: int, top: int, limit: float, exact: bool) -> int | None:
+    usable = [i for i in range(top, len(rows)) if abs(rows[i][j]) > limit]
+    if not usable:
+        return None
+    return usable[0] if exact else max(usable, key=lambda i: abs(rows[i][j]))
+
+
+def _apply(rows: list[list[Any]], right: list[list[Any]], steps: list[RowOperation], step: RowOperation) -> None:
+    for table in (rows, right):
+        if step.kind == "swap":
+            table[step.row], table[step.other] = table[step.other], table[step.row]
+        elif step.kind == "scale":
+            table[step.row] = [step.factor * v for v in table[step.row]]
+        else:
+            pairs = zip(table[step.row], table[step.other], strict=True)
+            table[step.row] = [a + step.factor * b for a, b in pairs]
+    steps.append(step)
+
+
+def _shown(value: Number) -> str:
+    return str(value) if isinstance(value, Fraction) else f"{value + 0.0:.6g}"
 
 
 class MethodStatus(Status):

@@ -19,9 +19,8 @@ from mafsil.grasp.closure import (
     margin_inside,
     margin_outside,
 )
-from mafsil.grasp.cone import ConeWrenches
 from mafsil.grasp.contact import Contact
-from mafsil.grasp.enclosure import positive_weights
+from mafsil.grasp.enclosure import ConeWrenches, positive_weights
 from mafsil.grasp.tolerances import SOLVER
 
 START = 6

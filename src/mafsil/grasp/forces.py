@@ -22,8 +22,8 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, spread
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.grasp.cone import furthest
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.enclosure import furthest
 from mafsil.grasp.tolerances import MULTIPLIER, OPTIMUM, RANK, UNLOADED
 from mafsil.solvers.linear_program import minimise
 

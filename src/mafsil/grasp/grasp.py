@@ -14,15 +14,23 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, positive
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp import loops
-from mafsil.grasp.clearance import ClearanceMotion, RestPosition, motion_within_clearance, rest_position
+from mafsil.grasp.clearance import (
+    ClearanceMotion,
+    ContactMotion,
+    FreeMotions,
+    RestPosition,
+    contact_motion,
+    free_motions,
+    motion_within_clearance,
+    rest_position,
+)
 from mafsil.grasp.closure import Closure, closure, conditioning, counted_out, vector
 from mafsil.grasp.closure_methods import count_contacts
-from mafsil.grasp.cone import ConeWrenches, has_round_cones
 from mafsil.grasp.contact import MOST_FACETS, Contact, force_wrench, require_one_dimension
 from mafsil.grasp.contact_closure import round_closure
 from mafsil.grasp.description import contact_data, parse_description
+from mafsil.grasp.enclosure import ConeWrenches, has_round_cones
 from mafsil.grasp.forces import ContactForces, resist
-from mafsil.grasp.free_motions import ContactMotion, FreeMotions, contact_motion, free_motions
 from mafsil.grasp.friction import friction_remarks
 from mafsil.grasp.quality import GraspQuality, hull_volume, quality_of_discs, quality_of_wrenches
 from mafsil.grasp.second_order import ImmobilityStatus, SecondOrderClosure, second_order

@@ -21,9 +21,9 @@ from mafsil.arrays import whole
 from mafsil.errors import InputError
 from mafsil.grasp.body import GraspedBody
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.contact_batch import wrench_closures
 from mafsil.grasp.grasp import Grasp
 from mafsil.grasp.quality import quality_of_wrenches
-from mafsil.grasp.wrench_batch import wrench_closures
 
 Progress = Callable[[float], None]
 """Called with the share of the closing sets that are rated, up to 1."""

@@ -26,9 +26,9 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
+from mafsil.grasp.clearance import extreme_rays
 from mafsil.grasp.closure import Closure, conditioning, vector
 from mafsil.grasp.contact import Contact
-from mafsil.grasp.free_motions import extreme_rays
 from mafsil.grasp.tolerances import OPTIMUM, TYPED
 from mafsil.messages import say
 from mafsil.solvers.linear_program import minimise

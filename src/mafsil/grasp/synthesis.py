@@ -14,10 +14,10 @@ from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp.closure import closure
 from mafsil.grasp.contact import Contact
+from mafsil.grasp.contact_batch import wrench_closures
 from mafsil.grasp.description import contact_data
 from mafsil.grasp.grasp import Grasp
 from mafsil.grasp.tolerances import ROUNDOFF
-from mafsil.grasp.wrench_batch import wrench_closures
 
 MOST_FRICTION = 10.0
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from mafsil.arrays import Booleans, Floats
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.identification.remark import Remark
+from mafsil.identification.log import Remark
 from mafsil.identification.smoothing import SmoothMotion
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.robot import Robot

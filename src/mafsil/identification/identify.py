@@ -14,23 +14,23 @@ import numpy as np
 from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.identification.consistency import (
+from mafsil.identification.examination import examine_log
+from mafsil.identification.log import MotionLog, Remark, held_out_fraction
+from mafsil.identification.regression import (
     BodyParameterisation,
+    Fit,
     Parameterisation,
+    RegressorStack,
     ball,
+    fit_base_parameters,
     most_likely,
     nearest_consistent,
     physically_consistent,
 )
-from mafsil.identification.examination import examine_log
-from mafsil.identification.log import MotionLog, held_out_fraction
-from mafsil.identification.model_update import with_parameters
-from mafsil.identification.regression import Fit, RegressorStack, fit_base_parameters
-from mafsil.identification.remark import Remark
 from mafsil.identification.result import Identification, Parameter, Validation, unidentifiable
 from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepare_log
 from mafsil.identification.tolerances import DEPENDENT, LEAST_MASS, NO_EFFORT
-from mafsil.identification.torque_model import TorqueModel
+from mafsil.identification.torque_model import TorqueModel, with_parameters
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.inertial_parameters import BaseParameters, inertial_parameters
 from mafsil.model import Mechanism
@@ -104,17 +104,22 @@ def identify(
     training = [prepare_log(start, bandwidth) for start, _ in parts]
     tests = [prepare_log(other, max(band for _, band, _ in training)) for other in others]
     rotors = bool(model.prior[-robot.n :].any()) if rotor_inertia is None else rotor_inertia
-    full = _stack(model, [m for motions, _, _ in training for m in motions])
+    full = _stack(model, _motions(training))
     if not full.rows:
         raise InputError("identification.too_short", seconds=max(one.duration for one in logs))
-    tried = _stack(model, [m for motions, _, _ in tests for m in motions])
+    tried = _stack(model, _motions(tests))
     problem = _problem(model, full, tried if tried.rows else None, rotors)
     remarks = [remark for one in logs for remark in one.remarks()]
     remarks += [remark for _, _, found in training for remark in found]
     remarks += _hardly_moving(robot, logs)
     band = max(band for _, band, _ in training)
     found = _identify(model, problem, full, positive("prior_spread", prior_spread), band, rotors, remarks)
-    return replace(found, faults=tuple(examine_log(robot, [m for motions, _, _ in training for m in motions])))
+    return replace(found, faults=tuple(examine_log(robot, _motions(training))))
+
+
+def _motions(prepared: Sequence[tuple[list[SmoothMotion], float, list[Remark]]]) -> list[SmoothMotion]:
+    """The motions of all logs, one after the other."""
+    return [motion for motions, _, _ in prepared for motion in motions]
 
 
 def _stack(model: TorqueModel, motions: list[SmoothMotion]) -> RegressorStack:

@@ -1,7 +1,11 @@
-"""What a robot's controller wrote down: times, joint coordinates and efforts, checked row by row."""
+"""What a robot's controller wrote down: times, joint coordinates and efforts, checked row by row.
+
+What is worth saying about a log, a fit or a file is a remark, which is said in either language when it is read.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
@@ -11,7 +15,32 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen, positive, real_array, require_kind
 from mafsil.errors import InputError
-from mafsil.identification.remark import Remark
+from mafsil.messages import say
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """Something worth saying about a log, a fit or a file.
+
+    Attributes:
+        key: of the sentence in the message catalogue.
+        details: what the sentence mentions; remarks among them are said in the same language.
+    """
+
+    key: str
+    details: Mapping[str, object] = field(default_factory=dict[str, object])
+
+    def sentence(self, language: str | None = None) -> str:
+        """The sentence in the given language, or the current one."""
+        said = {
+            name: value.sentence(language) if isinstance(value, Remark) else value
+            for name, value in self.details.items()
+        }
+        return say(self.key, language=language, **said)
+
+    def __str__(self) -> str:
+        return self.sentence()
+
 
 GAP = 5.0
 """A pause longer than this many usual sampling periods is a gap: nothing is interpolated across it."""

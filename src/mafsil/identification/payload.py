@@ -12,14 +12,18 @@ from numpy.typing import NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.identification.consistency import BodyParameterisation, Parameterisation, ball, most_likely
-from mafsil.identification.log import MotionLog
-from mafsil.identification.model_update import with_load
-from mafsil.identification.regression import RegressorStack, fit_base_parameters
-from mafsil.identification.remark import Remark
+from mafsil.identification.log import MotionLog, Remark
+from mafsil.identification.regression import (
+    BodyParameterisation,
+    Parameterisation,
+    RegressorStack,
+    ball,
+    fit_base_parameters,
+    most_likely,
+)
 from mafsil.identification.smoothing import Log, SmoothMotion, opened, prepare_log
 from mafsil.identification.tolerances import LEAST_MASS, LEAST_SHARE, NO_EFFORT, NO_MOTION
-from mafsil.identification.torque_model import CHUNK, thin_rows
+from mafsil.identification.torque_model import CHUNK, thin_rows, with_load
 from mafsil.mechanics.inertial_parameters import inertial_of
 from mafsil.messages import say
 from mafsil.robot import Robot, of_robot

@@ -15,12 +15,10 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
-from mafsil.identification.consistency import Parameterisation
-from mafsil.identification.model_update import save
-from mafsil.identification.regression import Fit
-from mafsil.identification.remark import Remark
+from mafsil.identification.log import Remark
+from mafsil.identification.regression import Fit, Parameterisation
 from mafsil.identification.tolerances import ALONE
-from mafsil.identification.torque_model import TorqueModel
+from mafsil.identification.torque_model import TorqueModel, save
 from mafsil.mechanics.inertial_parameters import BaseParameters
 from mafsil.messages import say
 from mafsil.robot import Robot

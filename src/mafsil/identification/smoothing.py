@@ -18,8 +18,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, positive
 from mafsil.csv_table import CsvTable, read_csv_table
-from mafsil.identification.log import MotionLog, log_of
-from mafsil.identification.remark import Remark
+from mafsil.identification.log import MotionLog, Remark, log_of
 from mafsil.identification.tolerances import LEAST_SHARE, NO_EFFORT, PART_OF_BAND
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot

@@ -17,7 +17,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, require_finite
 from mafsil.errors import InputError, InputWarning, UnknownNameError, warn
 from mafsil.ik.tolerances import MILLIMETRES, ON_LIMIT, REACHED
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.closed_form.thresholds import FARTHEST, ORTHOGONALITY
+from mafsil.mechanics.arm_pattern import FARTHEST, ORTHOGONALITY
 from mafsil.messages import say
 from mafsil.model import Joint, JointKind, Mechanism
 

@@ -1,7 +1,7 @@
 """Thresholds of inverse kinematics, each with its reason.
 
 EPS is the spacing of numbers at 1. Three rules give nearly all: a closed form of some hundred operations with a
-condition of a hundred is known to 1e-11 (`CLEAR` of `mafsil.mechanics.closed_form.thresholds`, with what its compiled
+condition of a hundred is known to 1e-11 (`CLEAR` of `mafsil.mechanics.arm_pattern`, with what its compiled
 decision needs); a double root to the square root of that; descriptions and poses are typed with 4 to 14 digits.
 """
 
@@ -9,13 +9,13 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.floating_point import EPS
-from mafsil.mechanics.closed_form import thresholds
+from mafsil.mechanics import arm_pattern
 
-INSIDE = thresholds.INSIDE
+INSIDE = arm_pattern.INSIDE
 """By how much a joint may seem beyond its limit by rounding [rad | m]: where its value is chosen, not measured."""
-ON_LIMIT = thresholds.ON_LIMIT
+ON_LIMIT = arm_pattern.ON_LIMIT
 """By how much a joint of an isolated solution may lie beyond its limit and count as on it: `MEASURED` [rad | m]."""
-WHOLE_TURN = thresholds.WHOLE_TURN
+WHOLE_TURN = arm_pattern.WHOLE_TURN
 """Share of a turn by which rounding may miss a whole one."""
 
 # ---- residuals of solutions [m | rad] ------------------------------------------------------------------------------
@@ -30,7 +30,7 @@ FINEST = 1e-13
 """Residuals that are not refined where anything is: ten times as much."""
 CLOSED = 1e-10
 """Error of the loop below which a candidate of elimination is a solution: Newton's step from there leaves EPS."""
-STRAIGHT = thresholds.CLEAR
+STRAIGHT = arm_pattern.CLEAR
 """Residual up to which a pose is reached with the wrist locked straight."""
 HIDDEN = 5e-10
 """The same where it is a thousandth (`PART_OF_BEND`) of the bend that was taken away: half of what is `REACHED`."""
@@ -81,7 +81,7 @@ PLACE = 1e-12
 
 LEAST_MARGIN = 1e-3
 """Branch margins below which rows are not trusted: there, errors of 1e-6 are enough to merge them."""
-FREE_BRANCH = thresholds.MERGED
+FREE_BRANCH = arm_pattern.MERGED
 """Degeneracy of a row (its distance from merging) up to which a solution may be the member of a further continuum."""
 APART_BRANCH = 1e-4
 """The same below which two branches may be one, where turning joints were added: ten times as far as without."""

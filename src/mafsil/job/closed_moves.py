@@ -9,7 +9,7 @@ import numpy as np
 from mafsil.arrays import Floats, Integers, JointVector, PoseMatrix
 from mafsil.control import Law, closed_computed_torque, closed_gravity_compensation
 from mafsil.control.laws import driven_trajectory, follow_with_loops
-from mafsil.control.laws.gains import DAMPING_RATIO, NATURAL_FREQUENCY
+from mafsil.control.laws.feedback import DAMPING_RATIO, NATURAL_FREQUENCY
 from mafsil.errors import InputError
 from mafsil.job.description import Bounds, Job, Move, Task
 from mafsil.job.joint_motion import joint_motion, motion_on_path

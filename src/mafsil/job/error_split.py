@@ -11,7 +11,7 @@ from mafsil.control.laws import ComputedTorque, JointFeedback
 from mafsil.job.arrival import INSTANT, Arrival
 from mafsil.job.run import Run
 from mafsil.job.stretch import Driven
-from mafsil.simulation.disturbance import push_at
+from mafsil.simulation.variation import push_at
 from mafsil.trajectory import Motion
 
 

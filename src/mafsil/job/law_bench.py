@@ -11,7 +11,7 @@ import numpy as np
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
-from mafsil.control.laws.gains import NATURAL_FREQUENCY
+from mafsil.control.laws.feedback import NATURAL_FREQUENCY
 from mafsil.errors import JobError
 from mafsil.job.causes import Cause, causes_of
 from mafsil.job.description import Controller, Job

@@ -32,7 +32,7 @@ from mafsil.job.tolerance import tolerances
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
-from mafsil.simulation.joint_states import JointStates, joint_states
+from mafsil.simulation.log_reading import JointStates, joint_states
 
 FACTORS = {1.0: "", 180.0 / np.pi: "degrees", 1000.0: "millimetres"}
 """Units of coordinates in logs, over ours."""

@@ -44,13 +44,13 @@ from mafsil.simulation import (
     simulate,
 )
 from mafsil.simulation.closed_plant import plant_of
-from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.fused import WORTH, can_fuse
-from mafsil.simulation.kinematic_run import as_planned
 from mafsil.simulation.live_log import LiveLog, RunListener
 from mafsil.simulation.recording import join_recordings
+from mafsil.simulation.run import as_planned
 from mafsil.simulation.scaled_gains import scale_gains
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
+from mafsil.simulation.variation import push_at
 from mafsil.trajectory import Motion
 
 EXPLICIT = "rk4"

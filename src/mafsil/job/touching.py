@@ -9,8 +9,7 @@ import numpy as np
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.messages.quantities import quantity
-from mafsil.simulation.contact_events import rigid_findings
-from mafsil.simulation.findings import BRIEF, brief_contacts
+from mafsil.simulation.findings import BRIEF, brief_contacts, rigid_findings
 
 
 @dataclass(frozen=True, slots=True)

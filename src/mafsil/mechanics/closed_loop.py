@@ -14,17 +14,15 @@ from mafsil.mechanics.body_tree import BodyTree, lump_bodies
 from mafsil.mechanics.composite_motion import CompositeInertia
 from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.friction import SMOOTHING, friction_law
-from mafsil.mechanics.held_plant import HeldPlant, closed_state
 from mafsil.mechanics.loop_constraints import loops
 from mafsil.mechanics.loop_dynamics import HeldTree, spread
 from mafsil.mechanics.loop_efforts import Passive, accelerations_of_all, efforts
 from mafsil.mechanics.loop_terms import Holding, Loop, Term, input_sizes, output_sizes
 from mafsil.mechanics.placement import Expression
-from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix_shorter
-from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
+from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix_shorter, mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.quantities.mass_matrix import mass_matrix
-from mafsil.mechanics.tree_plant import Friction, TreePlant, body_inertias
+from mafsil.mechanics.quantities.kinematics import forward_kinematics
+from mafsil.mechanics.tree_plant import Friction, HeldPlant, TreePlant, body_inertias, closed_state
 from mafsil.model import Mechanism
 
 

@@ -8,8 +8,7 @@ import mafsil.expression as ex
 from mafsil.algebra import se3, so3
 from mafsil.mechanics.body_tree import BodyTree, lump_bodies
 from mafsil.mechanics.frame_choice import in_chosen_frames
-from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
-from mafsil.mechanics.quantities.jacobian import jacobian_body
+from mafsil.mechanics.quantities.kinematics import forward_kinematics, jacobian_body
 from mafsil.mechanics.tolerances import OPPOSITE
 from mafsil.model import JointKind, Mechanism
 

@@ -37,10 +37,10 @@ from mafsil.mechanics.placement import (
     world_placements,
 )
 from mafsil.mechanics.quantities.energy import kinetic_energy, potential_energy
+from mafsil.mechanics.quantities.forward_dynamics import mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.quantities.jacobian import joint_screw
+from mafsil.mechanics.quantities.kinematics import joint_screw
 from mafsil.mechanics.quantities.link_motion import BodyMotion, outward_motion
-from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.model import Joint, JointKind, Mechanism
 
 

@@ -24,8 +24,8 @@ from mafsil.mechanics.branch_factor import BranchFactor, Row
 from mafsil.mechanics.frame_choice import in_chosen_frames, regroup
 from mafsil.mechanics.loop_constraints import loops
 from mafsil.mechanics.placement import Expression
+from mafsil.mechanics.quantities.forward_dynamics import mass_matrix
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.tolerances import DEPENDENT_ROW, FOLLOWS, LARGEST, WEAK_ROW
 from mafsil.model import Mechanism
 

@@ -14,9 +14,16 @@ from mafsil.arrays import Floats, frozen
 from mafsil.errors import InputError
 from mafsil.fields import check_fields
 from mafsil.geometry.matrix_exponential import exponential
-from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, together
-from mafsil.one_joint.polynomial import Complexes, coefficients_of, companion, polynomial_value, roots
-from mafsil.one_joint.routh import Stability, routh_hurwitz
+from mafsil.one_joint.polynomial import (
+    Complexes,
+    Stability,
+    coefficients_of,
+    companion,
+    polynomial_value,
+    roots,
+    routh_hurwitz,
+)
+from mafsil.one_joint.rows import above_zero, check_batch, finite, magnitude, row, together
 
 WELL_SEPARATED = 1e5
 """Condition of the scaled Vandermonde matrix of the roots up to which a response is the sum of their modes: that loses

@@ -15,9 +15,8 @@ from mafsil.answer import Status
 from mafsil.arrays import Floats, not_negative, positive, require_function, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.fields import check_fields
-from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, finite, magnitude, row, together
 from mafsil.one_joint.joint_law import JointArm, JointLaw
-from mafsil.one_joint.row_answer import RowAnswer
+from mafsil.one_joint.rows import RowAnswer, above_zero, above_zero_or_unbounded, finite, magnitude, row, together
 
 Reference = Callable[[Floats], tuple[ArrayLike, ArrayLike, ArrayLike]]
 """theta_d, theta_d', theta_d'' at times (k,), each (k,) or (*batch, k)."""

@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, finite, row, share, together
 from mafsil.one_joint.joint_law import JointArm, JointLaw
 from mafsil.one_joint.joint_run import IDEAL, LoopConditions, simulate_sampled
-from mafsil.one_joint.row_answer import RowAnswer
+from mafsil.one_joint.rows import RowAnswer, above_zero, finite, row, share, together
 
 TAIL = 0.05
 """Share of the record at whose end the steady error is looked for."""

@@ -13,9 +13,8 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages.tables import number, table
-from mafsil.one_joint.arguments import finite, magnitude, row
-from mafsil.one_joint.polynomial import Complexes, coefficients_of, roots
-from mafsil.one_joint.routh import routh_hurwitz
+from mafsil.one_joint.polynomial import Complexes, coefficients_of, roots, routh_hurwitz
+from mafsil.one_joint.rows import finite, magnitude, row
 
 REAL = 1e-7
 """Imaginary part over size below which a root of the conditions below counts as real: they may be double."""

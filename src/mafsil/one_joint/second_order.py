@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
-from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, share, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
+from mafsil.one_joint.rows import above_zero, check_batch, finite, magnitude, row, share, together
 
 CRITICAL = 1e-9
 """Distance of the damping ratio from 1 below which the motion is called critically damped; responses do not ask."""

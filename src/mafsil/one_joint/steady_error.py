@@ -13,10 +13,9 @@ from mafsil.answer import Status
 from mafsil.arrays import Floats, require_function, single
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
-from mafsil.one_joint.row_answer import RowAnswer
+from mafsil.one_joint.rows import RowAnswer, above_zero, check_batch, finite, magnitude, row, together
 
 ITERATIONS = 100
 """Of Newton's method for the rest of many joints."""

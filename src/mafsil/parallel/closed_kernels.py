@@ -14,13 +14,13 @@ from mafsil.model.fingerprint import fingerprint
 from mafsil.parallel.closed_answers import ClosedAccelerations
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.held_plant as held_plant
     import mafsil.mechanics.loop_constraints as loop_constraints
     import mafsil.mechanics.loop_dynamics as loop_dynamics
     import mafsil.mechanics.loop_efforts as loop_efforts
+    import mafsil.mechanics.tree_plant as held_plant
     from mafsil.kernels import Kernel
 else:
-    held_plant = lazily("mafsil.mechanics.held_plant")
+    held_plant = lazily("mafsil.mechanics.tree_plant")
     loop_constraints = lazily("mafsil.mechanics.loop_constraints")
     loop_dynamics = lazily("mafsil.mechanics.loop_dynamics")
     loop_efforts = lazily("mafsil.mechanics.loop_efforts")
@@ -74,7 +74,7 @@ def inverse_kernel(mechanism: Mechanism, holding: Holding) -> Kernel:
 
 
 def closing_kernel(mechanism: Mechanism, holding: Holding) -> Kernel:
-    """States taken back to closed loops; see `mafsil.mechanics.held_plant.closing_function`.
+    """States taken back to closed loops; see `mafsil.mechanics.tree_plant.closing_function`.
 
     Args:
         mechanism: with loops.

@@ -5,8 +5,6 @@ from mafsil.simulation.contact_scenes import chalk_on_board as chalk_on_board
 from mafsil.simulation.contact_scenes import eraser_on_board as eraser_on_board
 from mafsil.simulation.contact_scenes import open_a_door as open_a_door
 from mafsil.simulation.contact_scenes import peg_in_hole as peg_in_hole
-from mafsil.simulation.disturbance import SensorNoise as SensorNoise
-from mafsil.simulation.disturbance import WrenchPulse as WrenchPulse
 from mafsil.simulation.elastic_run import ElasticRun as ElasticRun
 from mafsil.simulation.elastic_run import simulate_elastic as simulate_elastic
 from mafsil.simulation.iterative_learning import LearningRun as LearningRun
@@ -33,7 +31,9 @@ from mafsil.simulation.scenario import Scenario as Scenario
 from mafsil.simulation.stepping import INTEGRATORS as INTEGRATORS
 from mafsil.simulation.stepping import choose_integrator as choose_integrator
 from mafsil.simulation.variation import Normal as Normal
+from mafsil.simulation.variation import SensorNoise as SensorNoise
 from mafsil.simulation.variation import Uniform as Uniform
 from mafsil.simulation.variation import Variants as Variants
 from mafsil.simulation.variation import Variation as Variation
+from mafsil.simulation.variation import WrenchPulse as WrenchPulse
 from mafsil.solvers import Event as Event

@@ -33,7 +33,7 @@ from mafsil.solvers import method, second_order
 from mafsil.solvers.integrate import State, Step
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.held_plant as held_plant
+    import mafsil.mechanics.tree_plant as held_plant
     import mafsil.parallel.closed_compiled as closed_compiled
     import mafsil.simulation.mujoco_plant as mujoco_plant
     import mafsil.simulation.rigid_stepper as rigid_stepper
@@ -44,7 +44,7 @@ else:
     closed_compiled = lazily("mafsil.parallel.closed_compiled")
     rigid_stepper = lazily("mafsil.simulation.rigid_stepper")
     mujoco_plant = lazily("mafsil.simulation.mujoco_plant")
-    held_plant = lazily("mafsil.mechanics.held_plant")
+    held_plant = lazily("mafsil.mechanics.tree_plant")
 
 
 STARTS_OPEN = 1e-6
@@ -250,7 +250,7 @@ def stepper_of(plant: Plant, name: str, step: float) -> Stepper:
 def step_kernel(
     mechanism: Mechanism, holding: Holding, scheme: tuple[object, ...], *, friction: bool, pushed: bool
 ) -> Kernel:
-    """The kernel of `mafsil.mechanics.held_plant.step_function`.
+    """The kernel of `mafsil.mechanics.tree_plant.step_function`.
 
     Args:
         mechanism: with loops.

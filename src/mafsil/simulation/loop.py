@@ -25,7 +25,7 @@ from mafsil.simulation.scenario import Scenario
 
 if TYPE_CHECKING:
     import mafsil.simulation.fused as fused_loop
-    import mafsil.simulation.fused_run as fused_run
+    import mafsil.simulation.fused as fused_run
     import mafsil.simulation.rigid_run as rigid_run
     import mafsil.simulation.varied_run as varied_run
     from mafsil.control.laws import LawMemory
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 else:
     fused_loop = lazily("mafsil.simulation.fused")
     varied_run = lazily("mafsil.simulation.varied_run")
-    fused_run = lazily("mafsil.simulation.fused_run")
+    fused_run = lazily("mafsil.simulation.fused")
     rigid_run = lazily("mafsil.simulation.rigid_run")
 
 

@@ -20,16 +20,17 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.messages.visible import visible
 from mafsil.simulation.clock import Deadlines
-from mafsil.simulation.contact_events import joined_events, rigid_sentences
 from mafsil.simulation.findings import (
     alternating_sentence,
     brief_contact_sentence,
     chatter_sentence,
+    joined_events,
+    joint_table,
     near_singular_sentence,
+    rigid_sentences,
     saturation_sentence,
 )
 from mafsil.simulation.live_log import SUFFIX
-from mafsil.simulation.overview import joint_table
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
 from mafsil.whole_file import write_whole
 
@@ -377,16 +378,19 @@ def join_recordings(recordings: Sequence[Recording]) -> Recording:
     seconds = sum(float(recording.metadata.get("seconds", 0.0)) for recording in recordings)
     timed = [kept for each in recordings if (kept := Deadlines.of(each.metadata)) is not None]
     found: dict[str, Any] = {"clock": Deadlines.of_all(timed).to_dict()} if timed else {}
-    near = [
-        each.metadata["near_singular"] | {"begin": float(start)}
-        for each, start in zip(recordings, starts, strict=False)
-        if "near_singular" in each.metadata
-    ]
     touched = joined_events(starts.tolist(), [each.metadata.get("rigid_contact") for each in recordings])
     if touched is not None:
         found["rigid_contact"] = touched
-    if near:
-        worst = min(near, key=lambda one: one["ratio"])
-        found["near_singular"] = {"ratio": worst["ratio"], "time": worst["time"] + worst["begin"]}
+    found |= _nearest_singular(recordings, starts)
     metadata = last.metadata | found | {"seconds": seconds, "end": float(starts[-2] + last.metadata["end"])}
     return Recording(**arrays, status=last.status, metadata=metadata)
+
+
+def _nearest_singular(recordings: Sequence[Recording], starts: Floats) -> dict[str, Any]:
+    """Where the runs together come nearest to a singular pose, in the time of all; nothing where none came near."""
+    near = [
+        {"ratio": pose["ratio"], "time": pose["time"] + float(start)}
+        for each, start in zip(recordings, starts, strict=False)
+        if (pose := each.metadata.get("near_singular")) is not None
+    ]
+    return {"near_singular": min(near, key=lambda one: one["ratio"])} if near else {}

@@ -33,7 +33,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, Vector6
-from mafsil.simulation.contact_events import ContactEvents
+from mafsil.simulation.findings import ContactEvents
 from mafsil.simulation.frictional_impact import after_impact
 from mafsil.simulation.point_contact import PointContact, tangents
 from mafsil.simulation.rigid_plant import TipState

@@ -24,7 +24,7 @@ import numpy as np
 
 from mafsil.arrays import JointVector, Vector3, Vector6
 from mafsil.errors import InputError
-from mafsil.simulation.contact_events import ContactEvents
+from mafsil.simulation.findings import ContactEvents
 from mafsil.simulation.point_contact import NoContactForce
 from mafsil.simulation.rigid_impacts import Impacts
 from mafsil.simulation.rigid_plant import METHODS, RigidPlant, TipState

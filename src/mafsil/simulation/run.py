@@ -1,8 +1,9 @@
-"""One run tick by tick in Python: sense, decide, move, record."""
+"""One run tick by tick in Python: sense, decide, move, record; or a motion passed exactly as it is planned."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,26 +17,29 @@ from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import rotation
 from mafsil.kernels.lazy import lazy
+from mafsil.robot import Robot
 from mafsil.simulation.clock import RealTime
 from mafsil.simulation.closed_plant import LoopsLost, stepper_of
-from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.faults import law_efforts, law_name, require_efforts, require_measured, task_of
 from mafsil.simulation.live_log import RunListener
 from mafsil.simulation.point_contact import NoContactForce
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
-from mafsil.trajectory import Motion
+from mafsil.simulation.stored_arrays import KINEMATIC
+from mafsil.simulation.tolerances import PART_OF_STEP
+from mafsil.simulation.variation import push_at
+from mafsil.trajectory import Motion, Trajectory
 from mafsil.version import __version__
 
 if TYPE_CHECKING:
     from mafsil.control import Law
 
+
 RUNAWAY = 1e6
 """Root mean square joint rate [rad/s | m/s] beyond which a run counts as blown up."""
 MOST_LOOKED_AT, NEAR_SINGULAR = 5_000, 0.02
 """Ticks that are looked at, and the ratio of singular values of the tip's Jacobian below which a pose is named."""
-
 Progress = Callable[[float], object]
 
 
@@ -291,3 +295,25 @@ def align_reference(part: Floats, q: Floats) -> Floats:
         q: the states.
     """
     return part.reshape(part.shape[0], *(1,) * (q.ndim - part.ndim), *part.shape[1:])
+
+
+def as_planned(robot: Robot, trajectory: Trajectory, period: float) -> Recording:
+    """The recording of an arm that follows its trajectory exactly; its efforts are NaN, for nothing is known of them.
+
+    Args:
+        robot: whose joints move; it needs no masses.
+        trajectory: of all its joints.
+        period: between rows [s].
+    """
+    t = np.arange(ceil(trajectory.duration / period - PART_OF_STEP) + 1.0) * period
+    q, qd, qdd = trajectory.at(t)
+    unknown, zero = np.full_like(q, np.nan), np.zeros(len(t))
+    metadata = {
+        "version": __version__, "robot": robot.name, "plant": KINEMATIC, "joints": list(robot.joint_names),
+        "integrator": KINEMATIC, "step": period, "period": period, "end": float(t[-1]), "saturate": False,
+        "noise_seed": None, "friction_stiffness": 0.0, "fused": False, "law": "", "fault": "", "seconds": 0.0,
+    }  # fmt: skip
+    return Recording(
+        t=t, q=q, qd=qd, qdd=qdd, q_ref=q, qd_ref=qd, qdd_ref=qdd, tau=unknown, tau_commanded=unknown,
+        tip_position_error=zero, tip_rotation_error=zero, status=SimulationStatus.COMPLETED, metadata=metadata,
+    )  # fmt: skip

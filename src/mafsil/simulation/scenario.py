@@ -17,7 +17,6 @@ from mafsil.lazy_module import lazily
 from mafsil.robot import as_open_tree
 from mafsil.robot.degrees import remark_on_degrees
 from mafsil.simulation.closed_plant import ClosedPlant, plant_of
-from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.rigid_plant import RigidPlant
 from mafsil.simulation.stepping import (
@@ -29,6 +28,7 @@ from mafsil.simulation.stepping import (
     require_integrator,
 )
 from mafsil.simulation.tolerances import PART_OF_STEP, PERIOD
+from mafsil.simulation.variation import SensorNoise, WrenchPulse
 
 if TYPE_CHECKING:
     import mafsil.simulation.scaled_gains as scaled_gains

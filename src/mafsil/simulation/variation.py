@@ -1,21 +1,96 @@
-"""What may differ from run to run, and what was drawn of it: payloads, inertias, friction, gains, delays, starts."""
+"""What disturbs a run, and what may differ from run to run: as declared, and as drawn.
+
+Runs are disturbed by pushes at the tip and noise of the sensors; payloads, inertias, friction, gains, delays and starts
+differ.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, not_negative, number, real_array
+from mafsil.arrays import (
+    Floats,
+    Vector6,
+    as_batch,
+    frozen,
+    not_negative,
+    number,
+    positive,
+    real_array,
+    require_finite,
+    whole,
+)
 from mafsil.errors import InputError
-from mafsil.fields import check_fields
+from mafsil.fields import check_fields, finite
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.inertial_parameters import inertial_parameters
-from mafsil.mechanics.tree_plant import body_parameters, friction_rows
 from mafsil.messages import say
 from mafsil.robot import Robot
-from mafsil.simulation.disturbance import SensorNoise
+
+if TYPE_CHECKING:
+    import mafsil.mechanics.tree_plant as tree_plant
+else:
+    tree_plant = lazily("mafsil.mechanics.tree_plant")
+
+
+@dataclass(frozen=True, eq=False)
+class WrenchPulse:
+    """A constant wrench during an interval of time.
+
+    Attributes:
+        start, duration: when it acts [s].
+        push: (6,) or (*batch, 6) wrench (m, f) that the world exerts on the tip, in the tip frame [N m, N].
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, a duration that is not positive.
+    """
+
+    start: float
+    duration: float
+    push: Vector6
+
+    def __post_init__(self) -> None:
+        number("start", self.start)
+        positive("duration", self.duration)
+        object.__setattr__(self, "push", frozen(require_finite("push", as_batch("push", self.push, (6,)))))
+
+
+@dataclass(frozen=True, eq=False)
+class SensorNoise:
+    """Normal noise of the measured positions and rates, the same for the same seed.
+
+    Attributes:
+        position, velocity: standard deviations, a number or (n,) [rad | m], [rad/s | m/s].
+        seed: of the generator.
+    """
+
+    position: Floats | float = 0.0
+    velocity: Floats | float = 0.0
+    seed: int | tuple[int, ...] = 0
+    __post_init__ = check_fields(position=finite(0, 1, low=0.0), velocity=finite(0, 1, low=0.0))
+
+    def drawn(self, ticks: int, shape: tuple[int, ...]) -> tuple[Floats, Floats]:
+        """Noise of every control tick, (ticks, *shape) for positions and for rates."""
+        sizes = (whole("ticks", ticks), *(whole("shape", each) for each in shape))
+        draws = np.random.default_rng(self.seed).standard_normal((2, *sizes))
+        return self.position * draws[0], self.velocity * draws[1]
+
+
+def push_at(pulses: Sequence[WrenchPulse], times: Floats) -> list[Vector6 | None]:
+    """The sum of the pulses that act at each time; None where there is none."""
+    if not pulses:
+        return [None] * len(times)
+    pushes: list[Vector6 | None] = []
+    for t in times:
+        acting = [pulse.push for pulse in pulses if pulse.start <= t < pulse.start + pulse.duration]
+        pushes.append(sum(acting[1:], acting[0]) if acting else None)
+    return pushes
+
 
 MOST_DELAY = 10_000
 """Control periods that a command may be late."""
@@ -128,11 +203,11 @@ class Variants:
             x, y, z = c.T
             about = np.stack([y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z], axis=-1)
             payload = self.payload[:, None] * np.concatenate([np.ones((self.count, 1)), c, about], axis=1)
-        return body_parameters(robot.mechanism, parameters, payload)
+        return tree_plant.body_parameters(robot.mechanism, parameters, payload)
 
     def friction_of(self, robot: Robot) -> Floats:
         """(b, joints with friction, 4) coefficients of the plants."""
-        rows = friction_rows(robot.mechanism)
+        rows = tree_plant.friction_rows(robot.mechanism)
         factors = np.ones((self.count, len(rows))) if self.friction is None else self.friction
         return factors[..., None] * rows
 
@@ -204,7 +279,7 @@ def drawn(
     Raises:
         InputError: a mass, a factor or a delay came out negative, a factor of inertia not positive.
     """
-    links, joints, n = len(robot.mechanism.links), len(friction_rows(robot.mechanism)), robot.n
+    links, joints, n = len(robot.mechanism.links), len(tree_plant.friction_rows(robot.mechanism)), robot.n
     sizes = {
         "payload": 1, "payload_offset": 3, "inertia": links, "friction": joints, "gains": 1, "delay": 1, "start": n,
         "noise": 1,

@@ -13,8 +13,7 @@ from mafsil.errors import InputError
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Loop, Term
 from mafsil.simulation.closed_plant import ClosedPlant
-from mafsil.simulation.fused import loop_kernel
-from mafsil.simulation.fused_run import FusedRun
+from mafsil.simulation.fused import FusedRun, loop_kernel
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.run import RUNAWAY, Run

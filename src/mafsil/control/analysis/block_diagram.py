@@ -10,27 +10,20 @@ from typing import Any, cast
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.control.analysis.worst_case import MinMax
-from mafsil.control.contact.admittance import AdmittanceControl
-from mafsil.control.contact.constraint_estimate import ContactFeedforward
+from mafsil.control.contact.admittance import AdmittanceControl, ImpedanceByForce
 from mafsil.control.contact.force import ForceControl, apply_gain
 from mafsil.control.contact.hybrid import HybridControl
 from mafsil.control.contact.impedance import ImpedanceControl
-from mafsil.control.contact.impedance_by_force import ImpedanceByForce
-from mafsil.control.contact.tip_sensor import ContactSwitch, TipDamping
-from mafsil.control.joints.current_loop import CurrentLoopLaw
-from mafsil.control.joints.delayed import Delayed
-from mafsil.control.joints.encoder_loop import EncoderLoop
+from mafsil.control.contact.tip_sensor import ContactFeedforward, ContactSwitch, TipDamping
 from mafsil.control.joints.friction_compensation import FrictionCompensation
+from mafsil.control.joints.hardware_around import CurrentLoopLaw, Delayed, EncoderLoop
 from mafsil.control.laws.adaptive import AdaptiveControl
-from mafsil.control.laws.computed_torque import ComputedTorque
 from mafsil.control.laws.feedback import pd
-from mafsil.control.laws.joint_feedback import Feedforward, JointFeedback, feedforward
+from mafsil.control.laws.joint_feedback import ComputedTorque, Feedforward, JointFeedback, feedforward
 from mafsil.control.laws.law import Combined, Law, as_law
-from mafsil.control.laws.linear_quadratic import LinearQuadratic
-from mafsil.control.laws.receding_horizon import ModelPredictive
-from mafsil.control.laws.sliding_mode import SlidingMode
-from mafsil.control.laws.task_dynamics import NullSpaceFeedback
+from mafsil.control.laws.optimal import LinearQuadratic, ModelPredictive
+from mafsil.control.laws.sliding_mode import MinMax, SlidingMode
+from mafsil.control.laws.task_coordinates import NullSpaceFeedback
 from mafsil.control.laws.tip_motion import TaskComputedTorque
 from mafsil.mechanics.friction import has_friction
 from mafsil.robot import Robot

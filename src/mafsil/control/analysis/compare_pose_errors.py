@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, positive, require_kind, single
-from mafsil.control.laws.gains import Gains, per_joint
+from mafsil.control.laws.feedback import Gains, per_joint
 from mafsil.control.laws.task_coordinates import TWISTS, TaskAxes, TaskCoordinates, TaskTarget, rates_of_angles
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, quaternion, rotation

@@ -1,31 +1,25 @@
-"""Laws, measures and plots of control for readers who know nothing of them: a formula and a paragraph each."""
+"""Laws, measures and plots of control for readers new to them: a formula, a paragraph and the works behind."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from mafsil.arrays import require_kind
-from mafsil.control.analysis.citation import Citation, citation
-from mafsil.control.analysis.worst_case import MinMax
-from mafsil.control.contact.admittance import AdmittanceControl
+from mafsil.control.contact.admittance import AdmittanceControl, ImpedanceByForce
 from mafsil.control.contact.force import ForceControl
 from mafsil.control.contact.hybrid import HybridControl
 from mafsil.control.contact.impedance import ImpedanceControl
-from mafsil.control.contact.impedance_by_force import ImpedanceByForce
 from mafsil.control.contact.tip_sensor import ContactSwitch
-from mafsil.control.joints.current_loop import CurrentLoopLaw
-from mafsil.control.joints.delayed import Delayed
-from mafsil.control.joints.encoder_loop import EncoderLoop
 from mafsil.control.joints.friction_compensation import FrictionCompensation
+from mafsil.control.joints.hardware_around import CurrentLoopLaw, Delayed, EncoderLoop
 from mafsil.control.laws.adaptive import AdaptiveControl
-from mafsil.control.laws.computed_torque import ComputedTorque
-from mafsil.control.laws.joint_feedback import Feedforward, JointFeedback
-from mafsil.control.laws.linear_quadratic import LinearQuadratic
+from mafsil.control.laws.joint_feedback import ComputedTorque, Feedforward, JointFeedback
 from mafsil.control.laws.matrix_feedback import MatrixFeedback
-from mafsil.control.laws.receding_horizon import ModelPredictive
-from mafsil.control.laws.sliding_mode import SlidingMode
+from mafsil.control.laws.optimal import LinearQuadratic, ModelPredictive
+from mafsil.control.laws.sliding_mode import MinMax, SlidingMode
 from mafsil.control.laws.task_coordinates import TaskCoordinates
 from mafsil.control.laws.tip_motion import TaskComputedTorque
 from mafsil.errors import InputError
@@ -34,50 +28,69 @@ from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot, as_robot
+from mafsil.toml_source import parsed_toml
 from mafsil.trajectory import Trajectory
 
+
+@dataclass(frozen=True, slots=True)
+class Citation:
+    """One work.
+
+    Attributes:
+        key: short name, such as `khatib1987`.
+        authors, title, where: as one cites it.
+        year: of publication.
+        modules: of the package that follow it.
+    """
+
+    key: str
+    authors: str
+    title: str
+    where: str
+    year: int
+    modules: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.authors}: {self.title}. {self.where}, {self.year}."
+
+    def bibtex(self) -> str:
+        """The entry for a bibliography in LaTeX."""
+        return (
+            f"@misc{{{self.key},\n  author = {{{self.authors.replace(', ', ' and ')}}},\n  title = {{{self.title}}},\n"
+            f"  howpublished = {{{self.where}}},\n  year = {{{self.year}}}\n}}"
+        )
+
+
+_TOML = parsed_toml(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+CITATIONS = tuple(Citation(key, **work | {"modules": tuple(work["modules"])}) for key, work in _TOML["works"].items())
+"""All works, each with the modules that follow it or whose matter it treats."""
 FORMULAS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "pid": ("τ = Kp (u - q) + Kd (v - q̇) + Ki ∫(u - q) dt", ("lynch2017",)),
-    "pd_gravity": ("τ = Kp (u - q) + Kd (v - q̇) + g(q) + f(v)", ("takegaki1981", "lynch2017")),
-    "computed_torque": ("τ = M(q) (a + Kp e + Kd ė) + c(q, q̇) + g(q) + f(v),  ë + Kd ė + Kp e = 0", ("lynch2017",)),
-    "feedforward": ("τ = M(u) a + c(u, v) + g(u) + f(v)", ("lynch2017",)),
-    "friction_compensation": ("τ = f(v) = b v + c sign(v)", ("lynch2017",)),
-    "sliding_mode": ("τ = M q̈_r + C q̇_r + g + Kd s + k sat(s/φ),  s = ė + L e", ("slotine1987",)),
-    "min_max": ("τ = Y (p + w) + Kd s,  w = ρ D x / max(|x|, φ),  x = D Y' s", ("spong1992",)),
-    "model_predictive": ("min Σ (Q e² + R ė² + r w²) + x_N' P x_N,  |M (a + w) + c + g| <= τ_max", ("mayne2000",)),
-    "adaptive": ("τ = M q̈_r + C q̇_r + g + Y a + Kd s,  ȧ = G Y' s,  s = ė + L e", ("slotine1987",)),
-    "task_computed_torque": ("τ = J' (Λ (A_d + Kp X_e + Kd V_e) + γ + η)", ("khatib1987", "lynch2017")),
-    "impedance": ("τ = J' (Λ A_d + γ + η + K X_e + B V_e)", ("hogan1985",)),
-    "admittance": ("D V̇ + B V + K X = F", ("hogan1985",)),
-    "hybrid": ("τ = J' (P Λ (A_d + Kp X_e + Kd V_e) + (I - P) (F_d + Kfp F_e + Kfi ∫F_e dt) + γ + η)",
-               ("raibert1981", "khatib1987")),
-    "force": ("τ = g + J' (F_d + Kfp F_e + Kfi ∫F_e dt - Kdamp V)", ("lynch2017",)),
-    "impedance_by_force": ("τ = J' (Λ V̇ + γ + η + F_cmd + Kfp F_e + Kfi ∫F_e dt),  F_cmd = -(D V̇ + B V + K X)",
-                           ("lynch2017", "hogan1985")),
-    "linear_quadratic": ("min ∫ (x' Q x + δτ' R δτ) dt,  δτ = K x", ()),
-    "delayed": ("τ(t) = law(t - T)", ()),
-    "current_loop": ("τ' = ω (τ_commanded - τ)", ("lynch2017",)),
-    "encoder_loop": ("q_k = Δq round(q / Δq);  v_k = a v_{k-1} + (1 - a) (q_k - q_{k-1}) / dt", ("lynch2017",)),
-    "tip_error": ("max |p_d(t) - p(t)|", ()),
-    "joint_error": ("sqrt(mean (u - q)²)", ()),
-    "rms_effort": ("sqrt(mean τ²)", ()),
-    "energy": ("∫ max(τ q̇, 0) dt", ()),
-    "saturation": ("time with |τ_commanded| > τ_max", ()),
-    "growth": ("max |eigenvalue| of x(k + 1) = A x(k)", ()),
-    "overshoot": ("exp(-π ζ / sqrt(1 - ζ²))", ("lynch2017",)),
-    "settling_time": ("|e(t) - e_end| <= 0.02 |e(0) - e_end| from then on;  about 4 / (ζ ω)", ("lynch2017",)),
-    "steady_error": ("e_end = load / Kp", ("lynch2017",)),
-    "contact_force": ("f = max(0, k d - b ḋ)", ("lynch2017",)),
-    "deadlines": ("end of tick k <= due + T", ()),
-    "response_plot": ("q(t), u(t)", ()),
-    "effort_plot": ("τ(t), ±τ_max", ()),
-    "root_locus": ("1 + K G(s) = 0", ("lynch2017",)),
-    "frequency_response": ("|L(jω)|, arg L(jω)", ()),
-    "phase_plane": ("(x, ẋ)", ("lynch2017",)),
-    "joint_space": ("e = u - q", ("lynch2017",)),
-    "task_space": ("X_e = log(T^-1 T_d)", ("khatib1987", "lynch2017")),
-}  # fmt: skip
+    name: (formula, tuple(works)) for name, (formula, *works) in _TOML["formulas"].items()
+}
 """Of each law, measure, plot and space: its formula and the works behind it."""
+
+
+def citation(key: str) -> Citation:
+    """A work by its key.
+
+    Raises:
+        InputError: no such work.
+    """
+    found = {one.key: one for one in CITATIONS}
+    if not isinstance(key, str) or key not in found:  # pyright: ignore[reportUnnecessaryIsInstance] - what users give
+        raise InputError("input.choice", name="key", value=key, known=", ".join(found))
+    return found[key]
+
+
+def citations_of(module: str) -> tuple[Citation, ...]:
+    """The works that a module follows.
+
+    Args:
+        module: its full name, such as `mafsil.control.hybrid`.
+    """
+    return tuple(one for one in CITATIONS if module in one.modules)
+
+
 CLASSES: dict[type, str] = {
     ComputedTorque: "computed_torque",
     Feedforward: "feedforward",

@@ -109,12 +109,8 @@ def recommend_controller(
         _require_words("wanted", sorted(each) or [""], DEMANDS)
     # 1
     for label, meets, asked in zip(labels, environment, demands, strict=True):
-        if {"motion", "force"} <= asked:
-            return Suitability(RecommendedController.BOTH_ASKED, label, ())
-        if meets == "rigid" and "motion" in asked:
-            return Suitability(RecommendedController.BLOCKED, label, ())
-        if meets == "free" and "force" in asked:
-            return Suitability(RecommendedController.UNANSWERED, label, ())
+        if (refused := _refuse(meets, asked)) is not None:
+            return Suitability(refused, label, ())
     # 2, 3
     first = {demand: label for label, asked in reversed([*zip(labels, demands, strict=True)]) for demand in asked}
     if "impedance" in first:
@@ -124,6 +120,17 @@ def recommend_controller(
         return Suitability(RecommendedController.HYBRID, first["force"], LAWS[RecommendedController.HYBRID])
     family = RecommendedController.MOTION if "motion" in first else RecommendedController.FORCE
     return Suitability(family, "", LAWS[family])
+
+
+def _refuse(meets: str, asked: set[str]) -> RecommendedController | None:
+    """Why what is asked along a direction cannot be had there, if it cannot."""
+    if {"motion", "force"} <= asked:
+        return RecommendedController.BOTH_ASKED
+    if meets == "rigid" and "motion" in asked:
+        return RecommendedController.BLOCKED
+    if meets == "free" and "force" in asked:
+        return RecommendedController.UNANSWERED
+    return None
 
 
 def _require_words(name: str, words: Sequence[str], known: Sequence[str]) -> None:

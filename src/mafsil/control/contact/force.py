@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch, real_array, require_finite, single
-from mafsil.control.laws.feedback import RunningSum
+from mafsil.control.laws.feedback import SummingRun
 from mafsil.control.laws.law import Law
 from mafsil.control.laws.matrix_feedback import symmetric
 from mafsil.errors import InputError
 from mafsil.geometry.matrix_exponential import exponential
 from mafsil.one_joint import ForceLoop
-from mafsil.one_joint.arguments import together
+from mafsil.one_joint.rows import together
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -70,7 +70,7 @@ class ForceControl:
 
     def session(self, period: float) -> Law:
         """The law with a fresh integral; the law itself if Kfi is zero."""
-        return _WithIntegral(self, period) if self.ki.any() else self
+        return _WithIntegral(self, self.ki * period, np.zeros(6)) if self.ki.any() else self
 
 
 def apply_gain(K: Floats, x: Floats) -> Floats:
@@ -83,22 +83,12 @@ def apply_gain(K: Floats, x: Floats) -> Floats:
     return x @ K.T if K.ndim == 2 else K * x
 
 
-class _WithIntegral:
+class _WithIntegral(SummingRun[ForceControl]):
     """One run of a force law."""
-
-    def __init__(self, law: ForceControl, period: float) -> None:
-        self._law, self._weight = law, law.ki * period
-        self._sum = RunningSum(np.zeros(6))
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         error = self._law.error(q, qd)
         return self._law.effort(q, qd, error, self._sum.add(apply_gain(self._weight, error), self._law.clamp))
-
-    def go_on(self, before: _WithIntegral) -> None:
-        self._sum.go_on(before._sum)
-
-    def session(self, period: float) -> Law:
-        return self._law.session(period)
 
 
 @of_robot

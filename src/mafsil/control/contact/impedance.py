@@ -12,8 +12,7 @@ from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, r
 from mafsil.control.contact.tip_sensor import TaskForceSensor, from_outside
 from mafsil.control.laws.law import Law
 from mafsil.control.laws.matrix_feedback import symmetric
-from mafsil.control.laws.task_coordinates import TaskCoordinates
-from mafsil.control.laws.task_dynamics import task_dynamics
+from mafsil.control.laws.task_coordinates import TaskCoordinates, task_dynamics
 from mafsil.control.laws.tip_motion import TipReference
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, square

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, JointVector, frozen, positive, real_array, require_finite, require_kind, whole
-from mafsil.control.laws.gains import Gains
+from mafsil.control.laws.feedback import Gains
 from mafsil.control.laws.law import Law, LawFunction, as_law
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot

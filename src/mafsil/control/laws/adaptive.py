@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch
-from mafsil.control.laws.feedback import RunningSum
-from mafsil.control.laws.gains import Gains
+from mafsil.control.laws.feedback import Gains, RunningSum
 from mafsil.control.laws.law import Law
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot

@@ -9,8 +9,8 @@ import numpy as np
 
 from mafsil import kernels
 from mafsil.arrays import Floats, positive
+from mafsil.control.laws.closed_chain_laws import law_terms
 from mafsil.control.laws.law import Law, LawFunction, as_law
-from mafsil.control.laws.law_terms import law_terms
 from mafsil.errors import InputError
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.export import Export, Legend

@@ -198,39 +198,52 @@ def _with_memory(law: Any, period: float, called: Callable[[Any], Traced]) -> tu
     shapes = {key: _shape(first[key]) for key in _change(before, first)}
     if not shapes:
         return effort, [], None
-    # 3. What changes at the second call alone is found there, and looked at once more.
+    # 3.
+    later, symbols, nexts = _later_call(law, period, called, shapes, session)
+    keep, keys = _needed(later.column(), symbols, nexts), list(shapes)
+    symbols, nexts, keys = [symbols[k] for k in keep], [nexts[k] for k in keep], [keys[k] for k in keep]
+    if not keep:
+        return later, [], None
+    if all(_shape(before.get(key)) == shapes[key] for key in keys):
+        starts = [ex.Expression(np.asarray(before[key], dtype=np.float64).reshape(-1)) for key in keys]
+        return _grown_from(starts, later, symbols, nexts)
+    started = ex.symbol("begun")
+    firsts = [_column(first.get(key), shapes[key], session) for key in keys]
+    joined = [ex.if_else(started > 0.5, x, y) for x, y in zip(nexts, firsts, strict=True)]
+    both = ex.if_else(started > 0.5, later.column(), effort.column())
+    return _array(both), [started, *symbols], ex.vertcat(ex.Expression(1.0), *joined)
+
+
+def _later_call(
+    law: Any, period: float, called: Callable[[Any], Traced], shapes: dict[Way, tuple[int, ...] | None], session: Any
+) -> tuple[Traced, list[Any], list[ex.Expression]]:
+    """Efforts of a later call, the memory before it as columns of symbols, and the memory after it.
+
+    What changes at this call alone is found, joins the shapes, and is looked at once more.
+    """
     for _ in range(MOST_ROUNDS):
         later = law.session(period)
         given = {key: Traced.symbols(".".join(map(str, key)), shape or ()) for key, shape in shapes.items()}
         _put_all(later, {key: array for key, (array, _) in given.items()})
         put = _parts(later)
-        effort_later = called(later)
+        effort = called(later)
         found = _parts(later)
         new = [key for key in _change(put, found) if key not in shapes]
         if not new:
-            break
+            nexts = [_column(found.get(key), shape, session) for key, shape in shapes.items()]
+            return effort, [column for _, column in given.values()], nexts
         shapes |= {key: _shape(found[key]) for key in new}
-    else:
-        raise _forgetful(session)
-    symbols = [column for _, column in given.values()]
-    nexts = [_column(found.get(key), shape, session) for key, shape in shapes.items()]
-    keys = list(shapes)
-    keep = _needed(effort_later.column(), symbols, nexts)
-    symbols, nexts, keys = [symbols[k] for k in keep], [nexts[k] for k in keep], [keys[k] for k in keep]
-    if not keep:
-        return effort_later, [], None
-    if all(_shape(before.get(key)) == shapes[key] for key in keys):
-        starts = [ex.Expression(np.asarray(before[key], dtype=np.float64).reshape(-1)) for key in keys]
-        moved = ex.substitute(
-            [effort_later.column(), *nexts], symbols, [x + start for x, start in zip(symbols, starts, strict=True)]
-        )
-        grown = [x - start for x, start in zip(moved[1:], starts, strict=True)]
-        return _array(moved[0]), symbols, ex.vertcat(*grown)
-    started = ex.symbol("begun")
-    firsts = [_column(first.get(key), shapes[key], session) for key in keys]
-    joined = [ex.if_else(started > 0.5, x, y) for x, y in zip(nexts, firsts, strict=True)]
-    both = ex.if_else(started > 0.5, effort_later.column(), effort.column())
-    return _array(both), [started, *symbols], ex.vertcat(ex.Expression(1.0), *joined)
+    raise _forgetful(session)
+
+
+def _grown_from(
+    starts: list[ex.Expression], effort: Traced, symbols: list[Any], nexts: list[ex.Expression]
+) -> tuple[Traced, list[Any], Any]:
+    """The same with the memory counted from its start, so that it begins at zero."""
+    begun = [x + start for x, start in zip(symbols, starts, strict=True)]
+    moved = ex.substitute([effort.column(), *nexts], symbols, begun)
+    grown = [x - start for x, start in zip(moved[1:], starts, strict=True)]
+    return _array(moved[0]), symbols, ex.vertcat(*grown)
 
 
 def _change(before: Parts, after: Parts) -> list[Way]:

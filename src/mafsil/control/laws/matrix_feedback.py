@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, real_array, require_finite, whole
 from mafsil.control.joints.friction_compensation import friction_along
-from mafsil.control.laws.feedback import RunningSum
+from mafsil.control.laws.feedback import SummingRun
 from mafsil.control.laws.law import Law
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, square
@@ -110,24 +110,16 @@ class MatrixFeedback:
 
     def session(self, period: float) -> Law:
         """The law with a fresh integral; the law itself if Ki is zero."""
-        return _WithIntegral(self, period) if self.gains.ki.any() else self
+        if not self.gains.ki.any():
+            return self
+        return _WithIntegral(self, self.gains.ki * period, np.zeros(len(self.gains.ki)))
 
 
-class _WithIntegral:
+class _WithIntegral(SummingRun[MatrixFeedback]):
     """One run of a law with matrices of gains."""
-
-    def __init__(self, law: MatrixFeedback, period: float) -> None:
-        self._law, self._weight = law, law.gains.ki * period
-        self._sum = RunningSum(np.zeros(len(law.gains.ki)))
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         return self._law.effort(q, qd, reference, self._sum.add((reference.u - q) @ self._weight))
-
-    def go_on(self, before: _WithIntegral) -> None:
-        self._sum.go_on(before._sum)
-
-    def session(self, period: float) -> Law:
-        return self._law.session(period)
 
 
 def matrix_pid(n: int, kp: ArrayLike, kd: ArrayLike = 0.0, ki: ArrayLike = 0.0) -> MatrixFeedback:

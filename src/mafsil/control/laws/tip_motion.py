@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.algebra.euler_sequence import SEQUENCES
 from mafsil.arrays import Floats, JointVector, PoseMatrix, require_finite, require_function, require_kind, single
-from mafsil.control.laws.feedback import RunningSum
-from mafsil.control.laws.gains import Gains
+from mafsil.control.laws.feedback import Gains, SummingRun
 from mafsil.control.laws.law import Law
 from mafsil.control.laws.task_coordinates import (
     TWISTS,
@@ -24,8 +23,8 @@ from mafsil.control.laws.task_coordinates import (
     TaskTarget,
     axes_rate,
     rates_of_angles,
+    task_dynamics,
 )
-from mafsil.control.laws.task_dynamics import task_dynamics
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose
 from mafsil.robot import Robot, of_robot
@@ -179,25 +178,17 @@ class TaskComputedTorque:
 
     def session(self, period: float) -> Law:
         """The law with a fresh integral; the law itself if Ki is zero."""
-        return _WithIntegral(self, period) if self.gains.integrates else self
+        if not self.gains.integrates:
+            return self
+        return _WithIntegral(self, self.gains.ki * period, np.zeros(len(self.coordinates.rows)))
 
 
-class _WithIntegral:
+class _WithIntegral(SummingRun[TaskComputedTorque]):
     """One run of a task-space law."""
-
-    def __init__(self, law: TaskComputedTorque, period: float) -> None:
-        self._law, self._weight = law, law.gains.ki * period
-        self._sum = RunningSum(np.zeros(len(law.coordinates.rows)))
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         X_e = self._law.effort(t, q, qd, reference, self._sum.value)[1]
         return self._law.effort(t, q, qd, reference, self._sum.add(self._weight * X_e))[0]
-
-    def go_on(self, before: _WithIntegral) -> None:
-        self._sum.go_on(before._sum)
-
-    def session(self, period: float) -> Law:
-        return self._law.session(period)
 
 
 @of_robot

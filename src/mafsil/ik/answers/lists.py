@@ -29,8 +29,7 @@ from mafsil.ik.refine import least_squares, refine_rows, wound_near
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import FINEST, HIDDEN, PART_OF_BEND, REACHED, SELF_MOTION, STRAIGHT
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.arm_pattern import ArmPattern, Family
-from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE, ON_LIMIT, WRIST_JOINTS
+from mafsil.mechanics.arm_pattern import APART, FIRST_JOINTS, FOLD, LOOSE, ON_LIMIT, WRIST_JOINTS, ArmPattern, Family
 
 if TYPE_CHECKING:
     import mafsil.ik.refine_loops as winding_loops

@@ -34,8 +34,7 @@ from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.ik.result import CODES, IKStatus, clean_poses
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.kernels import Kernel
-from mafsil.mechanics.arm_pattern import FailedStep
-from mafsil.mechanics.closed_form.thresholds import APART, ON_LIMIT
+from mafsil.mechanics.arm_pattern import APART, ON_LIMIT, FailedStep
 
 PROBE = 8
 """Poses after which it is known whether elimination proves the lists of an arm."""

@@ -24,7 +24,7 @@ from mafsil.ik.structure.analysis import Analysis
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import PLACE, REACHED, SAME_AT_DOUBLE_ROOT
 from mafsil.kernels.lazy import lazy
-from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE
+from mafsil.mechanics.arm_pattern import APART, FIRST_JOINTS, FOLD, LOOSE
 
 if TYPE_CHECKING:
     from mafsil.ik.general import GeneralSolutions

@@ -34,8 +34,7 @@ from mafsil.ik.structure.analysis import Analysis, Task, analysis, structure_in_
 from mafsil.ik.tolerances import EXACT_POSE, NEARLY_REACHED
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.arm_pattern import Family
-from mafsil.mechanics.closed_form.thresholds import BENT, CLEAR, NEARLY, ON_LIMIT, SPLIT, candidate, folds, merges_twice
+from mafsil.mechanics.arm_pattern import BENT, CLEAR, NEARLY, ON_LIMIT, SPLIT, Family, candidate, folds, merges_twice
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
 

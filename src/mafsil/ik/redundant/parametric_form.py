@@ -23,11 +23,11 @@ from mafsil.messages import say
 from mafsil.messages.tables import on_screen, table
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.closed_form.function as function
+    import mafsil.mechanics.closed_form.parametric as function
     import mafsil.mechanics.closed_form.parametric as parametric
     from mafsil.kernels import Kernel
 else:
-    function = lazily("mafsil.mechanics.closed_form.function")
+    function = lazily("mafsil.mechanics.closed_form.parametric")
     parametric = lazily("mafsil.mechanics.closed_form.parametric")
 
 

@@ -18,10 +18,10 @@ from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.closed_form.function as function
+    import mafsil.mechanics.closed_form.parametric as function
     from mafsil.kernels import Kernel
 else:
-    function = lazily("mafsil.mechanics.closed_form.function")
+    function = lazily("mafsil.mechanics.closed_form.parametric")
 
 
 @dataclass(frozen=True, eq=False)

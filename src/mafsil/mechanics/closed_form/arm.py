@@ -19,9 +19,9 @@ from mafsil.algebra.subproblems import (
     zero_turn,
 )
 from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family, LockedJoint
-from mafsil.mechanics.closed_form.geometry import Geometry
 from mafsil.mechanics.closed_form.line import (
     BranchSolution,
+    Geometry,
     Line,
     Motion,
     across,

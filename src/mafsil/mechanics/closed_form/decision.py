@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from functools import reduce
 
 import mafsil.expression as ex
-from mafsil.mechanics.arm_pattern import ArmPattern
-from mafsil.mechanics.closed_form.thresholds import (
+from mafsil.mechanics.arm_pattern import (
     APART,
     BENT,
     CLEAR,
@@ -30,6 +29,7 @@ from mafsil.mechanics.closed_form.thresholds import (
     ROUNDED,
     SECOND,
     SPLIT,
+    ArmPattern,
     candidate,
     folds,
     merges_twice,

@@ -12,12 +12,10 @@ from math import pi
 import mafsil.expression as ex
 from mafsil.algebra.subproblems import Turn, zero_turn
 from mafsil.kernels.tape import Tape, read
-from mafsil.mechanics.arm_pattern import ArmPattern
+from mafsil.mechanics.arm_pattern import FARTHEST, FIRST_JOINTS, MERGED, WRIST_JOINTS, ArmPattern
 from mafsil.mechanics.closed_form.arm import Arm, branch_solutions
 from mafsil.mechanics.closed_form.decision import Row, solution_bits
-from mafsil.mechanics.closed_form.geometry import Geometry, constants
-from mafsil.mechanics.closed_form.line import BranchSolution
-from mafsil.mechanics.closed_form.thresholds import FARTHEST, FIRST_JOINTS, MERGED, WRIST_JOINTS
+from mafsil.mechanics.closed_form.line import BranchSolution, Geometry, constants
 
 COLUMNS = ("residual", "subproblem_residual", "free", "code", "margin", "excess")
 """Columns beside the coordinates; see `mafsil.ik.closed_form`."""

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, check_batch, finite, magnitude, row, share, together
-from mafsil.one_joint.row_answer import RowAnswer
+from mafsil.one_joint.rows import RowAnswer, above_zero, check_batch, finite, magnitude, row, share, together
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -17,8 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, check_batch, finite, magnitude, together
-from mafsil.one_joint.row_answer import RowAnswer
+from mafsil.one_joint.rows import (
+    RowAnswer,
+    above_zero,
+    above_zero_or_unbounded,
+    check_batch,
+    finite,
+    magnitude,
+    together,
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -17,9 +17,9 @@ from mafsil.kernels.lazy import lazy
 from mafsil.messages.tables import in_notebook
 from mafsil.model import JointKind
 from mafsil.robot import Robot, of_robot
+from mafsil.simulation.findings import joint_table
 from mafsil.simulation.motion.fixed_step import COMPOSITIONS, Clock, fixed_step_solution
 from mafsil.simulation.motion.system import DrivenRobot, Source, breaks_of, common_shape, signal
-from mafsil.simulation.overview import joint_table
 from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.solvers import METHODS
 from mafsil.solvers.adaptive import Budget, Tolerance, integrate_adaptively

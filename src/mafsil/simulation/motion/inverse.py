@@ -23,8 +23,8 @@ from mafsil.arrays import (
 from mafsil.errors import InputError
 from mafsil.messages.tables import in_notebook
 from mafsil.robot import Robot, of_robot
+from mafsil.simulation.findings import joint_table
 from mafsil.simulation.motion.system import Source, signal, spread
-from mafsil.simulation.overview import joint_table
 from mafsil.trajectory import Trajectory
 
 STENCIL = 7

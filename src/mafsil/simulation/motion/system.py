@@ -36,10 +36,10 @@ from mafsil.model.fingerprint import fingerprint
 from mafsil.robot import Robot
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.discrete_lagrangian as discrete_lagrangian
+    import mafsil.mechanics.hamiltonian as discrete_lagrangian
     import mafsil.mechanics.hamiltonian as hamiltonian
 else:
-    discrete_lagrangian = lazily("mafsil.mechanics.discrete_lagrangian")
+    discrete_lagrangian = lazily("mafsil.mechanics.hamiltonian")
     hamiltonian = lazily("mafsil.mechanics.hamiltonian")
 
 
