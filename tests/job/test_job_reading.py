@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mafsil.errors import FileError, JobError, MafsilError
 from mafsil.job import parse_job, read_job
 from mafsil.job.language import key_checks
-from mafsil.job.lines import Places
+from mafsil.job.language.text import Places
 from mafsil.job.solve import prepare
 
 JOBS = Path(__file__).parents[2] / "examples" / "jobs"
@@ -129,8 +129,7 @@ def test_lines_of_keys() -> None:
 def test_every_key_is_documented() -> None:
     import msgspec
 
-    from mafsil.job import description
-    from mafsil.job.language import statements
+    from mafsil.job.language import description, statements
 
     text = (Path(__file__).parents[2] / "docs" / "job_files.md").read_text(encoding="utf-8")
     parts = [

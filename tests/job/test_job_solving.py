@@ -7,11 +7,11 @@ import pytest
 
 from mafsil.errors import JobError, MafsilError
 from mafsil.job import Refusal, Run, parse_job, solve
-from mafsil.job.equipment import equipment_of
-from mafsil.job.judgement import summary
-from mafsil.job.move_planner import plan
-from mafsil.job.plan import Plan
-from mafsil.job.poses import pose_matrix
+from mafsil.job.judging.judgement import summary
+from mafsil.job.language.poses import pose_matrix
+from mafsil.job.planning.equipment import equipment_of
+from mafsil.job.planning.move_planner import plan
+from mafsil.job.planning.plan import Plan
 from mafsil.trajectory import check
 
 JOBS = Path(__file__).parents[2] / "examples" / "jobs"

@@ -17,11 +17,11 @@ import numpy as np
 
 from mafsil.errors import JobError
 from mafsil.job import parse_job
-from mafsil.job.drive import drive
-from mafsil.job.equipment import Equipment
-from mafsil.job.move_planner import plan
-from mafsil.job.plan import Plan
-from mafsil.job.resting import resting_place
+from mafsil.job.planning.equipment import Equipment
+from mafsil.job.planning.move_planner import plan
+from mafsil.job.planning.plan import Plan
+from mafsil.job.planning.resting import resting_place
+from mafsil.job.solve import drive
 from mafsil.model import Friction, JointKind, Mechanism, library
 from mafsil.robot import Robot
 from tests.reliability import figures

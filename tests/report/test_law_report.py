@@ -13,7 +13,7 @@ import pytest
 from mafsil.cli.main import main
 from mafsil.errors import InputError
 from mafsil.job import bench_laws, parse_job
-from mafsil.job.law_bench import CONDITIONS, PIECES
+from mafsil.job.judging.law_bench import CONDITIONS, PIECES
 from mafsil.messages import say
 from mafsil.report import write_law_report
 from mafsil.report.law_contents import law_page

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import mafsil.book as book_of
 from mafsil.book.sheet import marks_csv, read_students
-from mafsil.cli.answer import Answer, Toned
-from mafsil.cli.numerals import count
-from mafsil.cli.picture import PLAIN, drawn, require_kind
+from mafsil.cli.answer import PLAIN, Answer, Toned, drawn, require_kind
+from mafsil.cli.state import count
 from mafsil.cli.table import table
 from mafsil.errors import InputError
 from mafsil.messages import say

@@ -1,4 +1,4 @@
-"""`mafsil compare`: laws or planners side by side on a job, or its plan and the log of a controller."""
+"""`mafsil compare`: laws or planners on a job, or its plan and the log of a controller; `mafsil diff`: two results."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.cli.answer import Answer, Laid
-from mafsil.cli.numerals import count, number
-from mafsil.cli.progress import Progress
+from mafsil.cli.state import count, number
+from mafsil.cli.status_line import Progress
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
 from mafsil.figures import plot_search
 from mafsil.job import Job, Refusal
-from mafsil.job.law_bench import CONDITIONS, LawBench, bench_laws
-from mafsil.job.log_comparison import compare_with_log
-from mafsil.job.planner_queries import queries_of
-from mafsil.job.reading import parse_job
+from mafsil.job.judging.law_bench import CONDITIONS, LawBench, bench_laws
+from mafsil.job.judging.log_comparison import compare_with_log
+from mafsil.job.language.reading import parse_job
+from mafsil.job.language.text import text_of
+from mafsil.job.planning.joint_moves import queries_of
 from mafsil.job.solve import prepare
-from mafsil.job.text import text_of
 from mafsil.messages import say
 from mafsil.planning import PLANNERS, Query, bench_planners, log_search
-from mafsil.report import write_law_report
+from mafsil.report import compare_results, write_law_report
 from mafsil.report.results import require_replaceable
 
 SEEDS, SECONDS = 3, 2.0
@@ -141,3 +141,17 @@ def _replay(query: Query, planners: list[str], seconds: float, replay: str | Non
             plot_search(log_search(query, name, seconds=seconds), file)
             written.append(str(file))
     return written
+
+
+def diff(before: str, after: str) -> Answer:
+    """The differences between the results of two runs.
+
+    Args:
+        before: folder of the first, or its results.json.
+        after: of the second.
+
+    Raises:
+        FileError: one of them is no result of a run.
+    """
+    found = compare_results(before, after)
+    return Answer(found.to_dict(), tuple(found.explain().splitlines()))

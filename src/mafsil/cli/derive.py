@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from mafsil.cli.answer import Answer
-from mafsil.cli.loops import require_open_chain
+from mafsil.cli.state import require_open_chain
 from mafsil.derivation import (
     Derivation,
     derive_fk,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 from mafsil.cli.answer import Answer
-from mafsil.cli.numerals import count, number
+from mafsil.cli.state import count, number
 from mafsil.design import (
     ArmDesign,
     Catalogue,

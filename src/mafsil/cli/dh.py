@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.cli.answer import Answer
-from mafsil.cli.picture import PLAIN, drawn, require_kind
+from mafsil.cli.answer import PLAIN, Answer, drawn, require_kind
 from mafsil.cli.table import brief, matrix, table
 from mafsil.messages import say
 from mafsil.model import Mechanism

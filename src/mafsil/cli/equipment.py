@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import frozen
-from mafsil.cli.numerals import coordinate, number
+from mafsil.cli.motion_input import typed_pose
 from mafsil.cli.registry import ROBOT_OPTIONS
-from mafsil.cli.typed_pose import typed_pose
+from mafsil.cli.state import coordinate, number
 from mafsil.errors import InputError
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotFile

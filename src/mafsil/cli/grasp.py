@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from mafsil.cli.answer import Answer, Toned
-from mafsil.cli.numerals import number as typed
-from mafsil.cli.progress import Progress
+from mafsil.cli.state import number as typed
+from mafsil.cli.status_line import Progress
 from mafsil.cli.table import number, table
 from mafsil.errors import FileError, InputError
 from mafsil.grasp import ClearanceMotion, Grasp, GraspPlan, GraspQuality, plan_grasps

@@ -16,10 +16,9 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer, Toned
-from mafsil.cli.details import details
 from mafsil.cli.export import checks as export_checks
-from mafsil.cli.progress import Progress
-from mafsil.cli.table import table
+from mafsil.cli.status_line import Progress
+from mafsil.cli.table import details, table
 from mafsil.messages import language, say
 
 if TYPE_CHECKING:

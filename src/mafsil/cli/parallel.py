@@ -10,9 +10,9 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
-from mafsil.cli.numerals import coordinate
-from mafsil.cli.numerals import number as typed
 from mafsil.cli.parallel_kinds import ANGLES, Asked, wrap_robot
+from mafsil.cli.state import coordinate
+from mafsil.cli.state import number as typed
 from mafsil.cli.table import number, table
 from mafsil.errors import FileError, InputError
 from mafsil.figures.picture_file import picture_file

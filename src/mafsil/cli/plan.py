@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix, single
-from mafsil.cli import numerals
+from mafsil.cli import state
 from mafsil.cli.answer import Answer, Laid, Toned
-from mafsil.cli.numerals import count, number
-from mafsil.cli.state import degrees_remarks, joint_values, shown, unit
+from mafsil.cli.motion_input import PLACES, typed_pose
+from mafsil.cli.state import count, degrees_remarks, joint_values, number, shown, unit
 from mafsil.cli.table import brief, table
-from mafsil.cli.typed_pose import PLACES, typed_pose
 from mafsil.collision import Checker, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
@@ -29,11 +28,11 @@ from mafsil.planning import plan as plan_path
 from mafsil.robot import Robot, load
 
 if TYPE_CHECKING:
-    import mafsil.job.surroundings as surroundings
+    import mafsil.job.planning.surroundings as surroundings
     import mafsil.trajectory as trajectory
     from mafsil.planning import ArmPlan
 else:
-    surroundings = lazily("mafsil.job.surroundings")
+    surroundings = lazily("mafsil.job.planning.surroundings")
     trajectory = lazily("mafsil.trajectory")
 
 Goal: TypeAlias = JointVector | PoseMatrix | Pose | GoalRegion
@@ -203,7 +202,7 @@ def typed_goal(
     if box or angle is not None:
         sizes = [number(f"--box[{k}]", word) for k, word in enumerate(box or ["0"])]
         room = sizes[0] if len(sizes) == 1 else single("box", sizes, (3,))
-        turn = 0.0 if angle is None else numerals.angle("--angle", angle, degrees=degrees)
+        turn = 0.0 if angle is None else state.angle("--angle", angle, degrees=degrees)
         return GoalRegion(poses[0], box=room, angle=turn)
     # An array of four rows could be four configurations of an arm with four joints.
     return Pose(poses[0]) if len(poses) == 1 else np.stack(poses)
@@ -226,7 +225,7 @@ def typed_constraints(
     """
     found = list[Kept]()
     if upright is not None:
-        found.append(Upright(numerals.angle("--upright", upright, degrees=degrees)))
+        found.append(Upright(state.angle("--upright", upright, degrees=degrees)))
     if orientation:
         found.append(FixedOrientation())
     if line:

@@ -1,4 +1,4 @@
-"""Sentences about a run that can be said in either language, whenever they are asked for."""
+"""Sentences about a job and its moves in either language, whenever they are asked for: remarks, refusals, the end."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, TypeAlias, runtime_checkable
 
-from mafsil.answer import Answer
+from mafsil.answer import Answer, Status
 from mafsil.collision import ContactPair
-from mafsil.job.status import JobStatus
+from mafsil.job.language.description import Move
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
+from mafsil.messages.visible import visible
 
 Level: TypeAlias = Literal["good", "warning", "failure"]
 """How good the news is."""
@@ -124,3 +125,33 @@ def detail_text(value: object, language: str | None) -> object:
     if isinstance(value, str) and value.startswith("@"):
         return say(value[1:], language=language)
     return value.explain(language=language) if isinstance(value, Explains) else value
+
+
+def label(index: int, move: Move, language: str | None = None) -> str:
+    """`move 3 'lift'`: how sentences call a move."""
+    if move.name:
+        return say("job.move_named", language=language, number=index + 1, name=visible(move.name))
+    return say("job.move", language=language, number=index + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """A move, or the start where there is none, called in the reader's language, with its line."""
+
+    index: int
+    move: Move | None
+    line: int | None = None
+
+    def explain(self, *, language: str | None = None) -> str:
+        """`move 3 'lift' (line 41)`."""
+        called = say("job.start", language=language) if self.move is None else label(self.index, self.move, language)
+        return called if self.line is None else say("job.at_line", language=language, what=called, line=self.line)
+
+
+class JobStatus(Status):
+    """How a job ended."""
+
+    DONE = ("job.status_done", True)
+    FAILED = ("job.status_failed", False)
+    STOPPED = ("job.status_stopped", False)
+    REFUSED = ("job.status_refused", False)

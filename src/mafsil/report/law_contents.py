@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.control.analysis import words_for
 from mafsil.job import Job
-from mafsil.job.law_bench import CONDITIONS, LawBench, LawResult, LawStatus
+from mafsil.job.judging.law_bench import CONDITIONS, LawBench, LawResult, LawStatus
 from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.report.content import Details, Figure, Finding, Level, Plot, Table

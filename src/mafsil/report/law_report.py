@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.job import Job
-from mafsil.job.law_bench import LawBench
+from mafsil.job.judging.law_bench import LawBench
 from mafsil.messages import LANGUAGES, direction, language, say
 from mafsil.messages.visible import visible
 from mafsil.page.content import sentence

@@ -17,11 +17,11 @@ from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin, g
 import msgspec
 
 from mafsil.errors import JobError
-from mafsil.job.description import Part
+from mafsil.job.language.description import Part
 from mafsil.job.language.frames import Complaint
+from mafsil.job.language.part import keys_of
 from mafsil.job.language.statements import JobFile
-from mafsil.job.lines import Path
-from mafsil.job.part import keys_of
+from mafsil.job.language.text import Keys
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.other_words import JOB_KEYS
@@ -53,7 +53,7 @@ class _Types:
         return say("job.type_or", language=language).join(words)
 
 
-def refuse_unknown(data: Any, kind: type[Part], path: Path, error: Complaint) -> None:
+def refuse_unknown(data: Any, kind: type[Part], path: Keys, error: Complaint) -> None:
     """Every key of every table is one that we know; close matches are offered."""
     known = keys_of(kind)
     for name, value in data.items():
@@ -67,7 +67,7 @@ def refuse_unknown(data: Any, kind: type[Part], path: Path, error: Complaint) ->
             refuse_unknown(inner, part, place, error)
 
 
-def require_keys(data: Any, kind: type[Part], path: Path, error: Complaint) -> None:
+def require_keys(data: Any, kind: type[Part], path: Keys, error: Complaint) -> None:
     """Every key without a default is there."""
     for field in _fields(kind):
         name = field.encode_name
@@ -84,7 +84,7 @@ def _fields(kind: type[Part]) -> tuple[msgspec.structs.FieldInfo, ...]:
     return msgspec.structs.fields(kind)
 
 
-def refuse_not_finite(value: Any, path: Path, error: Complaint) -> None:
+def refuse_not_finite(value: Any, path: Keys, error: Complaint) -> None:
     """TOML knows nan and inf; a job does not, nor numbers of which nothing but overflow can come."""
     if isinstance(value, float) and not math.isfinite(value):
         raise error("job.not_finite", path, value=value)
@@ -128,7 +128,7 @@ def _hints(kind: type[Part]) -> dict[str, Any]:
     return get_type_hints(kind)
 
 
-def tables_in(value: Any, annotation: Any, path: Path) -> Iterator[tuple[dict[str, Any], Path, type[Part]]]:
+def tables_in(value: Any, annotation: Any, path: Keys) -> Iterator[tuple[dict[str, Any], Keys, type[Part]]]:
     """The tables inside a value, with their places and types."""
     if get_origin(annotation) is dict:
         for name, item in cast("dict[str, Any]", value).items() if isinstance(value, dict) else ():
@@ -146,17 +146,17 @@ def tables_in(value: Any, annotation: Any, path: Path) -> Iterator[tuple[dict[st
             return
 
 
-def path_of(text: str, data: Any) -> Path:
+def path_of(text: str, data: Any) -> Keys:
     """`$.move[2].pose` as ("move", 2, "pose"); msgspec leaves out names of tables: the first that is wrong is meant."""
     found = re.search(r"at `\$([^`]*)`", text)
     steps = re.findall(r"\.([^.\[\]]+)|\[(\d+)\]|(\[\.\.\.\])", found.group(1)) if found else []
-    path: Path = ()
+    path: Keys = ()
     for name, index, some in steps:
         path = (*path, _wrong_name(data, path) if some else name or int(index))
     return path
 
 
-def _wrong_name(data: Any, path: Path) -> str:
+def _wrong_name(data: Any, path: Keys) -> str:
     """The first name of a table of names whose value is of the wrong kind."""
     kind = next(get_args(each)[1] for each in _options(_annotation(path)) if get_origin(each) is dict)
     table = cast("dict[str, Any]", value_at(data, path))
@@ -168,7 +168,7 @@ def _wrong_name(data: Any, path: Path) -> str:
     return next(iter(table), "")
 
 
-def _annotation(path: Path) -> Any:
+def _annotation(path: Keys) -> Any:
     """The type of what stands at a place of a job file."""
     kind: Any = JobFile
     for step in path:
@@ -191,14 +191,14 @@ def _options(annotation: Any) -> tuple[Any, ...]:
     return _options(get_args(annotation)[0]) if get_origin(annotation) is Annotated else (annotation,)
 
 
-def value_at(data: Any, path: Path) -> Any:
+def value_at(data: Any, path: Keys) -> Any:
     """What stands at a place of the tables of a file."""
     for step in path:
         data = data[step]
     return data
 
 
-def choices_at(path: Path) -> tuple[str, ...]:
+def choices_at(path: Keys) -> tuple[str, ...]:
     """The texts of which the key at a place takes one."""
     options = _options(_annotation(path))
     return tuple(str(x) for option in options if get_origin(option) is Literal for x in get_args(option))

@@ -1,15 +1,16 @@
-"""Files in millimetres and degrees: lengths of a job in metres, angles beside coordinates and poses in radians."""
+"""Lengths of a job in metres, angles beside coordinates and poses in radians; how near a target has to be reached."""
 
 from __future__ import annotations
 
-from math import pi
+from dataclasses import dataclass
+from math import pi, radians
 from typing import Any, TypeVar, cast
 
 import msgspec
+import numpy as np
 
-from mafsil.job.constraint_table import PathConstraints
-from mafsil.job.contact_tables import Door, Guide, Hole, Surface
-from mafsil.job.description import (
+from mafsil.arrays import Floats
+from mafsil.job.language.description import (
     Bounds,
     Collision,
     Grasp,
@@ -23,11 +24,11 @@ from mafsil.job.description import (
     Tool,
     Track,
 )
+from mafsil.job.language.driving_tables import Normal, VariationTable
+from mafsil.job.language.part import PathOutput, keys_of
 from mafsil.job.language.statements import JobFile, MovableFrame, Pattern, Placed
-from mafsil.job.other_robot import OtherPlace
-from mafsil.job.part import keys_of
-from mafsil.job.signals import PathOutput
-from mafsil.job.variation_table import Normal, VariationTable
+from mafsil.job.language.surrounding_tables import Door, Guide, Hole, OtherPlace, PathConstraints, Surface
+from mafsil.robot import Robot
 
 File = TypeVar("File", JobFile, SceneFile)
 MILLIMETRE, DEGREE = 1e-3, pi / 180.0
@@ -110,3 +111,40 @@ def _in_unit(value: Any, unit: float) -> Any:
     if isinstance(value, Normal):
         return Normal(mean=unit * value.mean, deviation=unit * value.deviation)
     return unit * value
+
+
+POSITION, ORIENTATION = 1e-3, radians(0.5)
+"""Tolerances where the job names none [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tolerances:
+    """How near a target has to be reached: position [m], orientation [rad], joints (n,) [rad | m]."""
+
+    position: float
+    orientation: float
+    joints: Floats
+
+
+def tolerances(job: Job, robot: Robot, move: int | None = None) -> Tolerances:
+    """What is allowed at the end of a move: its own tolerance, else the job's, else the defaults.
+
+    Args:
+        job, robot: what is asked; the robot with its tool.
+        move: index in the job; None for what the job says in general, as for the start.
+    """
+    degree = angle_unit(job)
+    own, general = None if move is None else job.move[move].tolerance, job.tolerance
+    position, orientation, joints = (
+        getattr(general, name) if own is None or getattr(own, name) is None else getattr(own, name)
+        for name in ("position", "orientation", "joints")
+    )
+    metres = POSITION if position is None else float(position)
+    angle = ORIENTATION if orientation is None else degree * float(orientation)
+    revolute = robot.mechanism.angular
+    if isinstance(joints, tuple):
+        return Tolerances(
+            metres, angle, np.array(cast("tuple[float, ...]", joints)) * np.where(revolute, degree, length_unit(job))
+        )
+    turn = angle if joints is None else degree * float(joints)
+    return Tolerances(metres, angle, np.where(revolute, turn, metres))
