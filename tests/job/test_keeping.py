@@ -11,7 +11,7 @@ from mafsil.errors import JobError
 from mafsil.job import solve
 from mafsil.job.driving import arrival
 from mafsil.job.driving.run import Run
-from mafsil.job.judging.judgement import remarks, summary
+from mafsil.job.judging import judge_run, summary
 from mafsil.job.language.reading import parse_job
 from mafsil.job.remark import Refusal
 from mafsil.report.contents import page
@@ -68,7 +68,7 @@ def test_what_was_not_kept_when_driven_is_said(run: Run, monkeypatch: pytest.Mon
     worst = arrival.worst_kept(run, 0)
     assert worst is not None
     monkeypatch.setattr(arrival, "worst_kept", lambda run, leg: arrival.Measured(worst.kept, 40.0 * worst.measures))
-    broken = [one for one in remarks(run, summary(run)) if one.key == "job.constraint_violated"]
+    broken = [one for one in judge_run(run, summary(run)) if one.key == "job.constraint_violated"]
     assert broken[0].level == "failure"
     assert "violates the path constraints" in broken[0].sentence("en") != broken[0].sentence("ar")
 

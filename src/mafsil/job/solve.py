@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, whole
+from mafsil.job.driving import Run, simulate_plan
 from mafsil.job.driving.arrival import errors_of, goal_of
-from mafsil.job.driving.plan_simulation import simulate_plan
-from mafsil.job.driving.run import JobVariation, Run
-from mafsil.job.judging import judgement
+from mafsil.job.driving.run import JobVariation
+from mafsil.job.judging import judge_run, summary
 from mafsil.job.judging.causes import causes_of
 from mafsil.job.judging.law_conditions import stability_remarks
 from mafsil.job.language.description import Job
@@ -28,10 +28,10 @@ from mafsil.job.language.driving_tables import SPREADS, Normal, VariationTable
 from mafsil.job.language.reading import parse_job
 from mafsil.job.language.text import Places, text_of
 from mafsil.job.language.units import tolerances
+from mafsil.job.planning import plan_moves
 from mafsil.job.planning.equipment import equipment_of
 from mafsil.job.planning.fitting import kinematic, require_fit
 from mafsil.job.planning.limiting import limits_of_cycle
-from mafsil.job.planning.move_planner import plan
 from mafsil.job.planning.named_files import with_files
 from mafsil.job.planning.neighbours import neighbours_of
 from mafsil.job.planning.plan import Plan
@@ -244,7 +244,7 @@ def prepare(
     neighbours = neighbours_of(job, home, places)
     eye.enter("stage_planning")
     without_forces = kinematic(job, tools[0], places)
-    motion = plan(job, tools, eye.update, text, neighbours, stops)
+    motion = plan_moves(job, tools, eye.update, text, neighbours, stops)
     if isinstance(motion, Refusal):
         return motion
     if without_forces is not None:
@@ -359,5 +359,5 @@ def drive(
     run = replace(simulate_plan(job, text, robot, plan, progress, log=log), limits=limits_of_cycle(plan))
     causes = causes_of(run, again) if explained and not plan.kinematic else {}
     searches = search_remarks(job, plan, simulated=True)
-    found = replace(run, remarks=(*searches, *judgement.remarks(run, judgement.summary(run), causes), *run.remarks))
+    found = replace(run, remarks=(*searches, *judge_run(run, summary(run), causes), *run.remarks))
     return replace(found, remarks=(*found.remarks, *stability_remarks(found)))

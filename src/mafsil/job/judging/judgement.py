@@ -153,7 +153,7 @@ def summary(run: Run) -> Summary:
     )
 
 
-def remarks(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple[Remark, ...]:
+def judge_run(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple[Remark, ...]:
     """What the reader should know, the worst first.
 
     Args:

@@ -40,7 +40,7 @@ STILL = 1e-6
 """Length of a tip's path that counts as none; lengths beyond its ends by less count as the ends [m]."""
 
 
-def plan(
+def plan_moves(
     job: Job, tools: tuple[Equipment, ...], progress: Callable[[float], None] = lambda share: None, text: str = "",
     neighbours: tuple[Neighbour, ...] = (), stops: tuple[float, ...] = (),
 ) -> Plan | Refusal:  # fmt: skip
