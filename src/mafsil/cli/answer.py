@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, TextIO, TypeAlias
 
 from mafsil.errors import FileError, InputError
+from mafsil.messages import say
 
 Tone: TypeAlias = Literal["plain", "good", "warning", "bad", "head"]
 _CODES: dict[Tone, str] = {"good": "32", "warning": "33", "bad": "31", "head": "1"}
@@ -81,12 +82,13 @@ def require_kind(path: str, known: Sequence[str]) -> None:
         raise InputError("cli.picture_kind", path=path, known=", ".join(known))
 
 
-def drawn(draw: Callable[[Path], None], path: str) -> None:
-    """Draw into a file.
+def draw_picture(draw: Callable[[Path], None], path: str, data: dict[str, Any]) -> str:
+    """Draw into a file; the line that says so.
 
     Args:
         draw: writes the picture into a file.
         path: of that file.
+        data: of the answer, in which the file is named.
 
     Raises:
         FileError: the place cannot be written.
@@ -95,6 +97,8 @@ def drawn(draw: Callable[[Path], None], path: str) -> None:
         draw(Path(path))
     except OSError as error:
         raise FileError("file.cannot_write", path=path, reason=error.strerror or str(error)) from None
+    data["picture"] = path
+    return say("cli.picture_written", path=path)
 
 
 def allow_colours(*, allowed: bool) -> None:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from math import pi
 from typing import Any
 
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.cli.answer import PLAIN, Answer, drawn, require_kind
+from mafsil.cli.answer import PLAIN, Answer, draw_picture, require_kind
 from mafsil.cli.motion_input import Motion, bare_angles, read
 from mafsil.cli.state import angle_remarks
 from mafsil.cli.table import label_lines, matrix, number
+from mafsil.cli.tolerances import ROUNDOFF
 from mafsil.geometry import euler, logarithms, planar, pose, quaternion, rotation, screw
 from mafsil.geometry.tolerances import SPECIAL
 from mafsil.messages import say
@@ -66,9 +68,8 @@ def convert(
     if picture is not None:
         from mafsil.figures import plot_motion
 
-        drawn(lambda path: plot_motion(motion.T, path, motion.kind, motion.sequence), picture)
-        shown.append(say("cli.picture_written", path=picture))
-        data["picture"] = picture
+        draw = partial(plot_motion, motion.T, kind=motion.kind, sequence=motion.sequence)
+        shown.append(draw_picture(draw, picture, data))
     return Answer(data, tuple(shown))
 
 
@@ -250,6 +251,6 @@ def _lock_remark(name: str, found: dict[str, Any], factor: float, unit: str) -> 
 
 def _shift(value: float, sign: str) -> str:
     """`value + t` or `value - t`, without a zero in front."""
-    if abs(value) < 1e-12:
+    if abs(value) < ROUNDOFF:
         return "t" if sign == "+" else "-t"
     return f"{number(value, 4)} {sign} t"

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.cli.answer import PLAIN, Answer, drawn, require_kind
+from mafsil.cli.answer import PLAIN, Answer, draw_picture, require_kind
 from mafsil.cli.table import brief, matrix, table
+from mafsil.cli.tolerances import ROUNDOFF
 from mafsil.messages import say
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow
@@ -19,7 +20,6 @@ RULES = {
     "modified": "T_i-1,i = Rot(x, alpha_i-1) Trans(x, a_i-1) Trans(z, d_i) Rot(z, theta_i)",
     "classic": "T_i-1,i = Rot(z, theta_i) Trans(z, d_i) Trans(x, a_i) Rot(x, alpha_i)",
 }
-_ROUNDOFF = 1e-12
 
 
 def dh(robot: str, convention: str | None, radians: bool, picture: str | None, tip: str | None) -> Answer:
@@ -48,9 +48,7 @@ def dh(robot: str, convention: str | None, radians: bool, picture: str | None, t
         from mafsil.figures.dh_frames import plot_dh_frames
 
         shown = next(iter(tables.values()))
-        drawn(lambda path: plot_dh_frames(mechanism, shown, path), picture)
-        data["picture"] = picture
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(lambda path: plot_dh_frames(mechanism, shown, path), picture, data))
     return Answer(data, tuple(lines))
 
 
@@ -77,8 +75,8 @@ def _lines(mechanism: Mechanism, name: str, found: DHTable, joints: list[str], *
     title = say("cli.dh_title", robot=mechanism.name, convention=say(f"cli.dh_{name}"))
     lines = [title, f"  {RULES[name]}", *table(head, rows, words=(1,))]
     for key, pose in (("dh_base", found.base), ("dh_tool", found.tool)):
-        if not np.allclose(pose, np.eye(4), atol=1e-12):
-            lines += [say(f"cli.{key}"), *matrix(np.where(np.abs(pose) < _ROUNDOFF, 0.0, pose))]
+        if not np.allclose(pose, np.eye(4), atol=ROUNDOFF):
+            lines += [say(f"cli.{key}"), *matrix(np.where(np.abs(pose) < ROUNDOFF, 0.0, pose))]
     return [*lines, say("cli.dh_error", error=f"{found.residual:.1e}"), ""]
 
 
@@ -97,12 +95,12 @@ def _cells(row: DHRow, i: int, *, radians: bool) -> list[str]:
 
 
 def _clean(value: float) -> str:
-    return brief(0.0 if abs(value) < _ROUNDOFF else value)
+    return brief(0.0 if abs(value) < ROUNDOFF else value)
 
 
 def _after(i: int, constant: float) -> str:
     """`q2`, `q2 + 90`, `q2 - 0.5`."""
-    if abs(constant) < _ROUNDOFF:
+    if abs(constant) < ROUNDOFF:
         return f"q{i}"
     return f"q{i} {'+' if constant > 0 else '-'} {brief(abs(constant))}"
 

@@ -27,6 +27,7 @@ from mafsil.cli.state import (
 )
 from mafsil.cli.state import number as typed
 from mafsil.cli.table import matrix, number, table
+from mafsil.cli.tolerances import KEPT
 from mafsil.csv_table import csv_text, joint_columns
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
@@ -45,8 +46,6 @@ PER_SECOND = 100
 """Rows of the file per second."""
 PATIENCE = 60.0
 """Seconds after which the motion ends where it is."""
-KEPT = 1e-4
-"""Share of given rates by which they may open a loop."""
 
 
 def dynamics(

@@ -6,6 +6,7 @@ Of a mechanism with loops: configurations that close them, or how near the neare
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from math import degrees as to_degrees
 from math import pi
 from typing import Any
@@ -14,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, PoseMatrix
-from mafsil.cli.answer import PLAIN, Answer, Toned, drawn, require_kind
+from mafsil.cli.answer import PLAIN, Answer, Toned, draw_picture, require_kind
 from mafsil.cli.motion_input import PLACES, typed_pose
 from mafsil.cli.state import angle_remarks, chain_at, degrees_remarks, joint_values, shown, unit
 from mafsil.cli.table import matrix, number, table
 from mafsil.cli.table import number as printed
+from mafsil.cli.tolerances import ROUNDED, ROUNDOFF
 from mafsil.errors import InputError
 from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.messages import say
@@ -26,8 +28,6 @@ from mafsil.parallel import ClosedChain, ClosedPoses, closed_inverse_kinematics
 from mafsil.robot import Robot, load
 
 TASKS = ("pose", "axis", "position")
-ROUNDED = 1e-6
-"""How far the tip may be from a typed pose that is not met exactly [m, rad]."""
 
 
 def ik(
@@ -104,9 +104,8 @@ def ik(
         from mafsil.figures import plot_configurations
 
         names = [answer.branches[k].label() for k in rows]
-        drawn(lambda path: plot_configurations(arm, answer.q[rows], path, names, answer.within[rows]), picture)
-        data["picture"] = picture
-        lines.append(say("cli.picture_written", path=picture))
+        draw = partial(plot_configurations, arm, answer.q[rows], names=names, within=answer.within[rows])
+        lines.append(draw_picture(draw, picture, data))
     return Answer(data, tuple(lines), None if answer else explanation[0])
 
 
@@ -123,8 +122,8 @@ def _chosen(answer: SolutionSet, everything: bool) -> list[int]:
 
 def _turn_count(answer: SolutionSet, k: int) -> int:
     """In how many ways whole turns of its joints keep a solution within the limits; joints without are not turned."""
-    first = np.ceil((answer.lower - answer.q[k]) / (2 * pi) - 1e-12)
-    last = np.floor((answer.upper - answer.q[k]) / (2 * pi) + 1e-12)
+    first = np.ceil((answer.lower - answer.q[k]) / (2 * pi) - ROUNDOFF)
+    last = np.floor((answer.upper - answer.q[k]) / (2 * pi) + ROUNDOFF)
     turned = answer.revolute & np.isfinite(first) & np.isfinite(last)
     ways: NDArray[np.float64] = (last - first + 1)[turned]
     return int(float(np.prod(ways))) if answer.within[k] else 0

@@ -7,12 +7,13 @@ points or function of a file, with their defects.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mafsil.cli.answer import Answer, drawn
+from mafsil.cli.answer import Answer, draw_picture
 from mafsil.cli.state import coordinate, count
 from mafsil.cli.state import number as typed
 from mafsil.cli.table import number, table
@@ -80,14 +81,12 @@ def linkage_of_file(
     if picture is not None and found is not None:
         from mafsil.figures.crank_turn import plot_crank_turn
 
-        plot_crank_turn(found, picture)
-        data["picture"] = picture
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(partial(plot_crank_turn, found), picture, data))
     return Answer(data, tuple(lines), None if found is None or found else found.explain().split("\n")[0])
 
 
 def _links(linkage: Linkage) -> tuple[dict[str, Any], list[str]]:
-    """Distances of the pins of each link, as drawn."""
+    """Distances of the pins of each link, as draw_picture."""
     rows: list[tuple[str, str, str]] = []
     links: list[dict[str, Any]] = []
     for each in plates(linkage):
@@ -126,7 +125,7 @@ def mobility_of(
 
     Args:
         mechanism: TOML with bodies and joints, or name or file of a robot.
-        q: coordinates at which a robot is drawn; all coordinates of a linkage.
+        q: coordinates at which a robot is draw_picture; all coordinates of a linkage.
         rule: planar, spherical or spatial.
         play: length to which parts are exact [m].
         locked_joints, actuated: names of joints.
@@ -138,26 +137,13 @@ def mobility_of(
         MafsilError: no such file, no linkage, no such joints.
     """
     values = None if q is None else np.array([coordinate(f"q[{k}]", word)[0] for k, word in enumerate(q)])
-    linkage = as_linkage(mechanism, values)
-    if linkage.apart:
-        linkage = close_drawing(linkage)
-    if actuated is not None:
-        linkage = linkage.with_actuators(*actuated)
-    if locked_joints:
-        linkage = lock_joints(linkage, locked_joints)
+    linkage = _with_choices(as_linkage(mechanism, values), actuated, locked_joints)
     found = mobility(linkage, rule=rule, play=play or 0.0)
     data, lines = found.to_dict(), found.explain().split("\n")
     if actuated is None and len(linkage.closing) and str(mechanism).lower().endswith((".sdf", ".world")):
         lines.append(say("cli.mobility_driven_unknown"))
     if subsets is not None:
-        left = mobility_with_locked_joints(linkage, _count(subsets))
-        data["mobility_with_locked_joints"] = [
-            {"joints": list(names), "mobility": count} for names, count in left.items()
-        ]
-        lines += table(
-            (say("cli.mobility_locked_head"), say("cli.mobility_left_head")),
-            [(", ".join(n), str(c)) for n, c in left.items()],
-        )
+        lines += _locked_lines(linkage, _count(subsets), data)
     followed = configuration_surfaces(linkage) if surfaces else None
     if followed is not None:
         data["surfaces"] = followed.to_dict()
@@ -166,13 +152,27 @@ def mobility_of(
     if picture is not None and followed:
         from mafsil.figures import plot_surface
 
-        drawn(lambda path: plot_surface(followed.surfaces[0], path), picture)
+        lines.append(draw_picture(partial(plot_surface, followed.surfaces[0]), picture, data))
     elif picture is not None:
-        _draw(linkage, found, picture)
-    if picture is not None:
-        data["picture"] = picture
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(partial(_draw, linkage, found), picture, data))
     return Answer(data, tuple(lines), None if found else found.verdict())
+
+
+def _with_choices(linkage: Linkage, actuated: Sequence[str] | None, locked_joints: Sequence[str] | None) -> Linkage:
+    """The linkage with its drawing closed, with other actuators and joints locked, where that is asked for."""
+    if linkage.apart:
+        linkage = close_drawing(linkage)
+    if actuated is not None:
+        linkage = linkage.with_actuators(*actuated)
+    return lock_joints(linkage, locked_joints) if locked_joints else linkage
+
+
+def _locked_lines(linkage: Linkage, together: int, data: dict[str, Any]) -> list[str]:
+    """A table of what is left of the mobility, a row for each choice of joints that are locked together."""
+    left = mobility_with_locked_joints(linkage, together)
+    data["mobility_with_locked_joints"] = [{"joints": list(names), "mobility": count} for names, count in left.items()]
+    head = (say("cli.mobility_locked_head"), say("cli.mobility_left_head"))
+    return table(head, [(", ".join(names), str(count)) for names, count in left.items()])
 
 
 def _count(value: str | int) -> int:
@@ -182,12 +182,12 @@ def _count(value: str | int) -> int:
         raise InputError("input.numbers", name="--subsets", got=repr(value)) from None
 
 
-def _draw(linkage: Linkage, found: Mobility, picture: str) -> None:
+def _draw(linkage: Linkage, found: Mobility, path: Path) -> None:
     from mafsil.figures.linkage import save_linkage
     from mafsil.figures.linkage_motion import save_linkage_motion
 
-    save = save_linkage_motion if picture.lower().endswith(".gif") else save_linkage
-    drawn(lambda path: save(linkage, path, found=found), picture)
+    save = save_linkage_motion if path.suffix.lower() == ".gif" else save_linkage
+    save(linkage, path, found=found)
 
 
 def synthesis_of(file: str, candidate: str | int | None = None, picture: str | None = None) -> Answer:
@@ -195,7 +195,7 @@ def synthesis_of(file: str, candidate: str | int | None = None, picture: str | N
 
     Args:
         file: TOML with poses, points or a function.
-        candidate: number of the one that is described and drawn, from 1 on.
+        candidate: number of the one that is described and draw_picture, from 1 on.
         picture: file to draw into.
 
     Raises:
@@ -221,9 +221,7 @@ def synthesis_of(file: str, candidate: str | int | None = None, picture: str | N
     if picture is not None:
         from mafsil.figures.synthesis import plot_synthesis
 
-        drawn(lambda path: plot_synthesis(found, path, index=shown - 1), picture)
-        data["picture"] = picture
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(partial(plot_synthesis, found, index=shown - 1), picture, data))
     return Answer(data, tuple(lines), None if found else found.explain().split("\n")[0])
 
 
@@ -242,7 +240,7 @@ def _candidate_row(k: int, one: Candidate) -> tuple[str, ...]:
 
 def _error_between(found: Synthesis, task: FunctionTask, index: int, data: dict[str, Any]) -> str:
     """The sentence about the error between the precision points; the number goes into the data."""
-    largest = task.structural_error_between(found, index).largest
+    largest = task.structural_error(found, index).largest
     lower, upper = task.interval
     data["structural_error"] = largest if np.isfinite(largest) else None
     if not np.isfinite(largest):

@@ -111,14 +111,22 @@ def plan(
         checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget, constraints=keep,
         active_joints=active_joints or None,
     )  # fmt: skip
-    data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
     typed = [words for words in (start, *rows_of(goal, arm.n)) if words]
     hints = [hint for words in typed for hint in degrees_remarks(words, arm.mechanism, degrees=degrees)]
     if not found:
-        return Answer(data, (), "\n".join([found.explain(), *dict.fromkeys(hints)]))
+        refusal = "\n".join([found.explain(), *dict.fromkeys(hints)])
+        return Answer({"robot": arm.name, **found.to_dict()}, (), refusal)
+    return _answer(arm, found, None if free is None else checker, out, list(dict.fromkeys(hints)), degrees=degrees)
+
+
+def _answer(
+    arm: Robot, found: ArmPlan, checker: Checker | None, out: str | None, hints: list[str], *, degrees: bool
+) -> Answer:
+    """A path that was found: its points, what was not checked of the arm, where it is nearest, its file."""
+    data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
     first, *rest = found.explain().splitlines()
-    lines = [Toned(first, "good"), *rest, *_points(arm, found, degrees=degrees), *dict.fromkeys(hints)]
-    if free is not None:
+    lines = [Toned(first, "good"), *rest, *_points(arm, found, degrees=degrees), *hints]
+    if checker is not None:
         data["not_checked"] = [(each.first, each.second) for each in checker.resting]
         names = f" ({', '.join(map(str, checker.resting))})" if checker.resting else ""
         lines.append(say("collision.skipped_rest", count=len(checker.resting), names=names))

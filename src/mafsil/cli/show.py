@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import webbrowser
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, draw_picture
 from mafsil.cli.state import shown, unit
 from mafsil.cli.table import brief, table
-from mafsil.errors import FileError, InputError
+from mafsil.cli.tolerances import ROUNDOFF
+from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.model import Joint, JointKind, Mechanism, library
@@ -62,9 +64,7 @@ def show(
     lines = [*_summary(mechanism), *_joints(mechanism, degrees), *_masses(mechanism), *_screws(mechanism)]
     lines += [*_provenance(mechanism), *_remarks(remarks)]
     if picture is not None:
-        _draw(mechanism, Path(picture))
-        data["picture"] = picture
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(partial(_draw, mechanism), picture, data))
     if out is not None or open:
         data["page"] = _page(robot, mechanism, out, view or (), show=open)
         lines.append(say("cli.page_written", path=data["page"]))
@@ -140,7 +140,7 @@ def space_screws(mechanism: Mechanism) -> dict[str, list[float]]:
         if joint.moves:
             omega, v = T[:3, :3] @ joint.screw[:3], T[:3, :3] @ joint.screw[3:]
             both = np.concatenate([omega, v + np.cross(T[:3, 3], omega)])
-            screws[joint.name] = [0.0 if abs(x) < 1e-12 else float(x) for x in both]
+            screws[joint.name] = [0.0 if abs(x) < ROUNDOFF else float(x) for x in both]
     return screws
 
 
@@ -215,13 +215,6 @@ def _joint_data(joint: Joint) -> dict[str, Any]:
 
 
 def _draw(mechanism: Mechanism, path: Path) -> None:
-    try:
-        _draw_into(mechanism, path)
-    except OSError as error:
-        raise FileError("file.cannot_write", path=str(path), reason=error.strerror or str(error)) from None
-
-
-def _draw_into(mechanism: Mechanism, path: Path) -> None:
     if path.suffix.lower() == ".html":
         from mafsil.page import show as page_of
 

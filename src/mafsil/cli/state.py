@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.cli.tolerances import TYPED
 from mafsil.errors import InputError, ModelError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
@@ -27,8 +28,6 @@ else:
     parallel = lazily("mafsil.parallel")
 
 
-TYPED = 1e-5
-"""Gap of loops over the size of the robot that typed digits leave."""
 UNITS = {
     "": 1.0,
     "rad": 1.0,

@@ -12,6 +12,7 @@ from typing import Any, cast
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Head, Laid
+from mafsil.cli.tolerances import ROUNDOFF
 from mafsil.messages import say
 from mafsil.messages.isolates import in_cell
 from mafsil.messages.visible import visible
@@ -21,8 +22,6 @@ NARROWEST = 40
 NARROWEST_WORDS = 24
 """Columns below which words are not wrapped in a column of a table."""
 _GAP = "  "
-_ROUNDOFF = 1e-12
-"""Smaller numbers are shown as zero."""
 
 
 def columns() -> int:
@@ -92,7 +91,7 @@ def number(value: float, digits: int = 6) -> str:
     """A number with six decimals, roundoff shown as zero; very small and large ones with an exponent."""
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    if abs(value) < _ROUNDOFF:
+    if abs(value) < ROUNDOFF:
         value = 0.0
     if value and not 1e-4 <= abs(value) < 1e6:
         return f"{value:.{digits - 1}e}"
@@ -103,7 +102,7 @@ def brief(value: float) -> str:
     """A number with four significant digits, roundoff shown as zero."""
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    return f"{value if abs(value) >= _ROUNDOFF else 0.0:.4g}"
+    return f"{value if abs(value) >= ROUNDOFF else 0.0:.4g}"
 
 
 def width(text: str) -> int:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from mafsil.arrays import PoseMatrix
-from mafsil.cli.answer import PLAIN, Answer, Laid, drawn, require_kind
+from mafsil.cli.answer import PLAIN, Answer, Laid, draw_picture, require_kind
 from mafsil.cli.motion_input import PLACES
 from mafsil.cli.state import count, number, require_open_chain, shown, unit
 from mafsil.cli.state import number as typed
 from mafsil.cli.table import brief, table
+from mafsil.cli.tolerances import SAME_HEIGHT
 from mafsil.collision import Scene
 from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
@@ -76,21 +78,19 @@ def workspace(
         flat = found
         if view is None and natural == "xyz":
             flat = workspace_map(arm, how_many, view="radial" if _turns_about_z(arm) else "xz", seed=first)
-        drawn(lambda path: save_workspace(flat, path), picture)
-        data["picture"] = picture
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(partial(save_workspace, flat), picture, data))
     return Answer(data, tuple(lines))
 
 
 def _flat(arm: Robot) -> bool:
     """Whether the tip keeps its height, whatever the joints do."""
     heights = np.asarray(arm.forward_kinematics(np.random.default_rng(0).uniform(-1, 1, (16, arm.n))))[:, 2, 3]
-    return bool(np.ptp(heights) < 1e-9)
+    return bool(np.ptp(heights) < SAME_HEIGHT)
 
 
 def _turns_about_z(arm: Robot) -> bool:
     S = np.asarray(arm.jacobian_space(np.zeros(arm.n)))[:, 0]
-    return bool(np.allclose(np.abs(S), [0, 0, 1, 0, 0, 0], atol=1e-9))
+    return bool(np.allclose(np.abs(S), [0, 0, 1, 0, 0, 0], atol=SAME_HEIGHT))
 
 
 def _extent(found: WorkspaceMap) -> list[str]:
@@ -153,7 +153,7 @@ def base_placement(
     )  # fmt: skip
     data = {"robot": arm.name, **found.to_dict()}
     if picture is not None:
-        # matplotlib takes half a second to import, and few answers are drawn.
+        # matplotlib takes half a second to import, and few answers are draw_picture.
         from mafsil.figures.workspace_slice import plot_placement
 
         plot_placement(found, picture, scene=around)

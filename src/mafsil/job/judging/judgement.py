@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -166,30 +166,28 @@ def judge_run(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple
     collapse = [_explain(remark, known, GivenWay) for remark in _collapse(run)]
     found += collapse + _failure_remarks(run, numbers, known) + overload_remarks(overloads(run), run.robot)
     near = clearance_remarks(numbers.clearances, 0.0 if run.job.controller.guides else numbers.tip_error)
-    found += [remark for remark in near if remark.level != "good"]
     kept = keeping_remarks(run)
-    found += [remark for remark in kept if remark.level != "good"]
+    found += [*_bad(near), *_bad(kept)]
     rigid = rigid_remarks(run)
     pressed = [*touching_remarks(numbers.touching, struck=bool(rigid)), *rigid]
     pressed += [*brief_contact_remarks(run), *contact_remarks(run)]
-    found += [remark for remark in pressed if remark.level != "good"]
-    found += _effort_remarks(run, numbers) + _alternating_remarks(run)
+    found += [*_bad(pressed), *_effort_remarks(run, numbers), *_alternating_remarks(run)]
     # Limits that an arm breaks while it falls are no news of their own.
     found += [] if collapse else [*_limit_remarks(run, numbers, known), *_gravity_remarks(run, numbers)]
     found += _stray_remarks(run, numbers) + _guided_remarks(run)
-    found += [remark for remark in run.plan.remarks if remark.level != "good"]
-    found += late_pushes(run.job, numbers.duration) + _kept_parts(run)
+    found += [*_bad(run.plan.remarks), *late_pushes(run.job, numbers.duration), *_kept_parts(run)]
     found.sort(key=lambda remark: remark.level != "failure")
-    good = [remark for remark in near if remark.level == "good"]
-    return (
-        *found,
-        *_good_news(run, numbers),
-        *good,
-        *(remark for remark in kept if remark.level == "good"),
-        *(remark for remark in pressed if remark.level == "good"),
-        *would_save(run.robot, run.limits, numbers.cycle),
-        *(remark for remark in run.plan.remarks if remark.level == "good"),
-    )
+    saving = would_save(run.robot, run.limits, numbers.cycle)
+    good = (*_good_news(run, numbers), *_good(near), *_good(kept), *_good(pressed), *saving, *_good(run.plan.remarks))
+    return (*found, *good)
+
+
+def _bad(remarks: Iterable[Remark]) -> list[Remark]:
+    return [remark for remark in remarks if remark.level != "good"]
+
+
+def _good(remarks: Iterable[Remark]) -> list[Remark]:
+    return [remark for remark in remarks if remark.level == "good"]
 
 
 def targets(plan: Plan) -> int:

@@ -29,6 +29,7 @@ from mafsil.job.language.description import Job
 from mafsil.job.language.units import tolerances
 from mafsil.job.planning.plan import Plan
 from mafsil.job.remark import Remark
+from mafsil.job.tolerances import FLAT_SHARE, STILL_LOG
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
@@ -166,7 +167,7 @@ def _columns(table: CsvTable, robot: Robot, ours: str, theirs: str) -> list[int]
 
 def _offset(planned: Floats, u: Floats, t: Floats, q: Floats) -> float:
     """Time in the log at which the plan begins [s]."""
-    scale = np.maximum(np.ptp(u, axis=0), 1e-9)
+    scale = np.maximum(np.ptp(u, axis=0), STILL_LOG)
     moving = np.ptp(u, axis=0) > 1e-3
 
     def residual(offset: float) -> float:
@@ -174,7 +175,7 @@ def _offset(planned: Floats, u: Floats, t: Floats, q: Floats) -> float:
         left = 0.0
         for k in np.flatnonzero(moving):
             x, y = u[:, k] - u[:, k].mean(), here[:, k] - here[:, k].mean()
-            left += float(y @ y - (x @ y) ** 2 / (x @ x)) / max(float(y @ y), (1e-6 * float(scale[k])) ** 2)
+            left += float(y @ y - (x @ y) ** 2 / (x @ x)) / max(float(y @ y), (FLAT_SHARE * float(scale[k])) ** 2)
         return left
 
     span = float(planned[-1])
@@ -201,7 +202,7 @@ def _factor(ours: Floats, theirs: Floats) -> float:
     if np.ptp(ours) < 1e-3:
         return 1.0
     slope = float(x @ y / (x @ x))
-    return float(np.copysign(min(FACTORS, key=lambda one: abs(np.log(max(abs(slope), 1e-9) / one))), slope))
+    return float(np.copysign(min(FACTORS, key=lambda one: abs(np.log(max(abs(slope), STILL_LOG) / one))), slope))
 
 
 def _units(robot: Robot, factors: Floats) -> list[Remark]:

@@ -18,6 +18,7 @@ from mafsil.job.language.surrounding_tables import (
 )
 from mafsil.job.language.text import Keys
 from mafsil.job.language.units import angle_unit
+from mafsil.job.tolerances import NO_DIRECTION, SAME_POINT
 from mafsil.messages.visible import visible
 
 ORIENTATIONS = ("rpy", "quaternion", "look_at")
@@ -97,18 +98,23 @@ def _check_statement(move: Statement, path: Keys, data: dict[str, Any], error: C
         check_pose(move.pose, (*path, "pose"), data["pose"], error)
     if move.constraints is not None:
         check_constraints(move.constraints, (*path, "constraints"), data["constraints"], error)
+    _check_options(move, given[0], path, data, error)
+
+
+def _check_options(move: Statement, action: str, path: Keys, data: dict[str, Any], error: Complaint) -> None:
+    """Options that need others, or a value of their own."""
     if "process_known" in data and move.process_wrench is None:
-        raise error("job.no_effect", (*path, "process_known"), action=given[0], known="process_wrench")
+        raise error("job.no_effect", (*path, "process_known"), action=action, known="process_wrench")
     if move.until_force is not None and (move.until or move.blend > 0.0):
         raise error("job.search_alone", (*path, "until_force"))
     for k, output in enumerate(move.outputs):
         if not output.set or [output.share, output.distance, output.after].count(None) != 2:
             raise error("job.path_output", (*path, "outputs", k))
     if move.tolerance is not None:
-        judged = JUDGED.get(given[0], TIP_TOLERANCES)
+        judged = JUDGED.get(action, TIP_TOLERANCES)
         for name in move.tolerance.__struct_fields__:
             if getattr(move.tolerance, name) is not None and name not in judged:
-                raise error("job.no_tolerance", (*path, "tolerance", name), action=given[0])
+                raise error("job.no_tolerance", (*path, "tolerance", name), action=action)
 
 
 def _check_loop(move: Statement, path: Keys, data: dict[str, Any], error: Complaint) -> None:
@@ -144,6 +150,11 @@ def _check_path(move: Statement, path: Keys, data: dict[str, Any], error: Compla
     passing = () if move.path == "arc" else QUICKEST
     if passing and move.via and move.profile not in (None, *passing):
         raise error("job.via_profile", (*path, "profile"), known=", ".join(passing))
+    _check_points(move, path, data, error, of_tip=of_tip)
+
+
+def _check_points(move: Statement, path: Keys, data: dict[str, Any], error: Complaint, *, of_tip: bool) -> None:
+    """As many points on the way as the path has, poses or joints as it wants them."""
     least, most = POINTS_ON_THE_WAY[move.path]
     if not least <= len(move.via) <= most:
         key = "job.line_via" if most == 0 else "job.arc_via" if most == 1 else "job.spline_via"
@@ -218,10 +229,10 @@ def check_pose(pose: Pose | Placed, path: Keys, data: dict[str, Any], error: Com
         for name in given:
             raise error("job.free_orientation", (*path, name))
     if "look_at" in given and (
-        getattr(pose, "relative", None) is not None or math.dist(pose.position, data["look_at"]) < 1e-9
+        getattr(pose, "relative", None) is not None or math.dist(pose.position, data["look_at"]) < SAME_POINT
     ):
         raise error("job.look_at", (*path, "look_at"))
-    if pose.quaternion is not None and math.hypot(*pose.quaternion) < 1e-6:
+    if pose.quaternion is not None and math.hypot(*pose.quaternion) < NO_DIRECTION:
         raise error("job.zero_quaternion", (*path, "quaternion"))
 
 

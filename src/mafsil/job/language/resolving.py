@@ -340,11 +340,8 @@ def _check_moves(statements: tuple[OtherStatement, ...], path: Keys, error: Comp
     for k, each in enumerate(statements):
         here = (*path, k)
         given = [name for name in ACTIONS if getattr(each, name) not in (None, {})]
-        if len(given) != 1:
-            raise error("job.other_move", here)
-        if (each.then is not None or each.else_ is not None) and not each.if_:
-            raise error("job.other_move", here)
-        if (each.repeat is not None or each.while_) and each.do is None:
+        branches, turns = each.then is not None or each.else_ is not None, each.repeat is not None or each.while_
+        if len(given) != 1 or (branches and not each.if_) or (turns and each.do is None):
             raise error("job.other_move", here)
         if each.pose is not None:
             check_pose(each.pose, (*here, "pose"), {"position": ()}, error)
@@ -353,7 +350,11 @@ def _check_moves(statements: tuple[OtherStatement, ...], path: Keys, error: Comp
                 raise error("job.loop_endless" if each.while_ and each.do else "job.other_loop", here)
             _check_moves(each.do, (*here, "do"), error)
         if each.if_:
-            if not each.then or each.else_ == ():
-                raise error("job.choice_empty", here)
-            _check_moves(each.then, (*here, "then"), error)
-            _check_moves(each.else_ or (), (*here, "else"), error)
+            _check_branches(each, here, error)
+
+
+def _check_branches(choice: OtherStatement, path: Keys, error: Complaint) -> None:
+    if not choice.then or choice.else_ == ():
+        raise error("job.choice_empty", path)
+    _check_moves(choice.then, (*path, "then"), error)
+    _check_moves(choice.else_ or (), (*path, "else"), error)

@@ -15,6 +15,7 @@ from mafsil.job.language.part import Between, Condition, Input, SignalValue, Tes
 from mafsil.job.language.statements import JobFile, OtherProgram, OtherStatement, PlacedGoal, Statement
 from mafsil.job.language.surrounding_tables import FILE_KEYS
 from mafsil.job.language.text import Keys
+from mafsil.job.tolerances import NO_DIRECTION
 from mafsil.messages.visible import visible
 from mafsil.simulation.rigid_plant import METHODS
 
@@ -114,18 +115,8 @@ def _check_start(file: JobFile, data: dict[str, Any], error: Complaint) -> None:
 
 
 def _check_contacts(file: JobFile, error: Complaint) -> None:
-    """What is touched has one form, directions a length; a door is held where the tip starts."""
-    for kind, choices in FORMS.items():
-        for k, one in enumerate(getattr(file, kind)):
-            given = [name for name in choices if getattr(one, name) is not None]
-            if len(given) != 1:
-                known = ", ".join(choices)
-                raise error("job.contact_form", (kind, k), given=", ".join(given) or "-", known=known)
-    for kind, names in DIRECTIONS.items():
-        for k, one in enumerate(getattr(file, kind)):
-            for name in names:
-                if getattr(one, name) is not None and math.hypot(*getattr(one, name)) < SHORTEST_NORMAL:
-                    raise error("job.no_normal", (kind, k, name), given=name)
+    """What is touched makes sense; a door is held where the tip starts."""
+    _check_forms(file, error)
     for k, surface in enumerate(file.surface):
         if (surface.cylinder is None) != (surface.axis is None):
             raise error("job.bar_axis", ("surface", k, "axis"))
@@ -139,6 +130,21 @@ def _check_contacts(file: JobFile, error: Complaint) -> None:
         raise error("job.door_start", ("door", from_start[0]))
     if file.controller.kind == "hybrid" and not file.surface:
         raise error("job.no_surface", ("controller", "kind"))
+
+
+def _check_forms(file: JobFile, error: Complaint) -> None:
+    """Each has one form, and its directions a length."""
+    for kind, choices in FORMS.items():
+        for k, one in enumerate(getattr(file, kind)):
+            given = [name for name in choices if getattr(one, name) is not None]
+            if len(given) != 1:
+                known = ", ".join(choices)
+                raise error("job.contact_form", (kind, k), given=", ".join(given) or "-", known=known)
+    for kind, names in DIRECTIONS.items():
+        for k, one in enumerate(getattr(file, kind)):
+            for name in names:
+                if getattr(one, name) is not None and math.hypot(*getattr(one, name)) < SHORTEST_NORMAL:
+                    raise error("job.no_normal", (kind, k, name), given=name)
 
 
 def _check_rigid(file: JobFile, k: int, error: Complaint) -> None:
@@ -215,7 +221,7 @@ def _check_other_robots(robots: tuple[OtherProgram, ...], error: Complaint) -> N
     for k, robot in enumerate(robots):
         if robot.rpy is not None and robot.quaternion is not None:
             raise error("job.two_orientations", ("other_robot", k), given="rpy, quaternion")
-        if robot.quaternion is not None and math.hypot(*robot.quaternion) < 1e-6:
+        if robot.quaternion is not None and math.hypot(*robot.quaternion) < NO_DIRECTION:
             raise error("job.zero_quaternion", ("other_robot", k, "quaternion"))
 
 
@@ -236,6 +242,16 @@ def require_signals(file: JobFile, error: Complaint) -> None:
     digital = {name: isinstance(value, bool) for name, value in file.output.items()}
     for name, source in file.input.items():
         digital[name] = isinstance(source.start, bool) if source.follows is None else digital[source.follows]
+    _require_moves(file, digital, error)
+    for name, frame in file.frame.items():
+        if frame.since is not None and not (frame.since in file.input and digital[frame.since]):
+            known = ", ".join(visible(one) for one in file.input if digital[one]) or "-"
+            raise error("job.frame_since", ("frame", name, "since"), given=visible(frame.since), known=known)
+    _require_others(file, digital, error)
+
+
+def _require_moves(file: JobFile, digital: Mapping[str, bool], error: Complaint) -> None:
+    """What moves set, wait for and ask fits the kinds of signals; a search by force has something to touch."""
     for statement, path in _statements(file.move, ("move",)):
         for values, here in outputs_of(statement, path):
             _require_values(values, file, digital, here, error)
@@ -250,11 +266,6 @@ def require_signals(file: JobFile, error: Complaint) -> None:
     for statement, path in _statements(file.move, ("move",)):
         if isinstance(statement, Statement) and statement.until_force is not None and not touched:
             raise error("job.search_surface", (*path, "until_force"))
-    for name, frame in file.frame.items():
-        if frame.since is not None and not (frame.since in file.input and digital[frame.since]):
-            known = ", ".join(visible(one) for one in file.input if digital[one]) or "-"
-            raise error("job.frame_since", ("frame", name, "since"), given=visible(frame.since), known=known)
-    _require_others(file, digital, error)
 
 
 def _require_others(file: JobFile, digital: Mapping[str, bool], error: Complaint) -> None:

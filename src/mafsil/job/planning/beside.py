@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mafsil.arrays import JointVector
+from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.job.language.part import Condition
 from mafsil.job.language.surrounding_tables import OtherMove
 from mafsil.job.planning.cell_signals import (
@@ -262,7 +262,14 @@ class Beside:
         goal = each.goal(index, program.q)
         if each.goals[index] is not None and np.array_equal(goal, program.q):
             return self._add(program, "joint", "", None, program.q)
-        name = each.asked.name
+        part, within = self._way(program, move, goal, main), each.robot.limits
+        known = each.goals[index]
+        q = np.clip(part.at(part.duration), within.lower, within.upper) if known is None else known
+        return self._add(program, "joint", "", part, q)
+
+    def _way(self, program: _Program, move: OtherMove, goal: JointVector | PoseMatrix, main: TimedArm) -> TimedArm:
+        """Its motion to a goal, past all that is settled and the parts that lie in its way."""
+        each, clock, name = program.neighbour, program.clock, program.neighbour.asked.name
         settled = {MAIN: main} | {
             other: one.motion for other, one in self.programs.items() if one is not program and one.steps
         }
@@ -278,14 +285,11 @@ class Beside:
             found = plan_around_moving(cell, name, start, goal, limits, others, seed=self.seed, seconds=SECONDS)
             if not found:
                 raise Refused("job.other_no_way", name=each.name, number=move.number, reason=found)
-            end = clock + found.motions[name].duration
-            soon = [stay for stay in later if stay.put < end]
-            if not any(self.around.near_part(name, found.motions[name].later(-clock), stay) for stay in soon):
+            part = found.motions[name]
+            soon = [stay for stay in later if stay.put < clock + part.duration]
+            if not any(self.around.near_part(name, part.later(-clock), stay) for stay in soon):
                 break
-        part, within = found.motions[name], each.robot.limits
-        known = each.goals[index]
-        q = np.clip(part.at(part.duration), within.lower, within.upper) if known is None else known
-        return self._add(program, "joint", "", part, q)
+        return part
 
     def _require_proved(self, motions: Mapping[str, TimedArm]) -> None:
         """Where a robot rests while others move, the whole is proved once more; all of it beside parts put down."""

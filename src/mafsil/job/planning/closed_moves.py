@@ -17,6 +17,7 @@ from mafsil.job.language.units import Tolerances
 from mafsil.job.planning.joint_motion import joint_motion, motion_on_path
 from mafsil.job.planning.tip_motion import SHORTEST, TipMotion, motion_along
 from mafsil.job.remark import Refused
+from mafsil.job.tolerances import WITHIN_LIMITS
 from mafsil.messages.visible import visible
 from mafsil.model import JointLimits
 from mafsil.parallel import ClosedChain, closed_inverse_kinematics
@@ -223,7 +224,7 @@ class ClosedMoves:
             found = driven_trajectory(self.chain, driven, q)
         except InputError as error:
             raise Refused("job.loops_way", move=where, reason=error.message()) from None
-        verdict = check(found, _ranges(limits), tolerance=1e-6)
+        verdict = check(found, _ranges(limits), tolerance=WITHIN_LIMITS)
         if not verdict:
             worst = verdict.violations[0]
             details = {"joint": visible(self.robot.joint_names[int(worst.joint)]), "time": worst.time}

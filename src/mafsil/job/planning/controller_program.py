@@ -158,6 +158,16 @@ def language_of(ending: str, others: tuple[str, ...] = ()) -> Language:
     raise InputError("input.choice", name="program", value=ending, known=known)
 
 
+def _signal_names(job: Job, language: Language) -> str:
+    """Comments that say which signal has which number."""
+    comment = "#" if language.turn == 1.0 else ";" if language.labels else "!"
+    return "".join(
+        f"{comment} {kind} {k}: {visible(name)}\n"
+        for kind, table in (("output", job.output), ("input", job.input))
+        for k, name in enumerate(table, start=language.first_signal)
+    )
+
+
 def write_program(job: Job, plan: Plan, language: Language) -> Program:
     """The plan of a job in a language, with what is lost.
 
@@ -182,14 +192,8 @@ def write_program(job: Job, plan: Plan, language: Language) -> Program:
     if any(step.zone > 0.0 and step.kind != "joints" for step in steps):
         lost.append(Remark("warning", "job.program_corners", {}))
     lines = [line for step in steps for line in _written(step, language, angular).split("\n")]
-    comment = "#" if language.turn == 1.0 else ";" if language.labels else "!"
-    names = "".join(
-        f"{comment} {kind} {k}: {visible(name)}\n"
-        for kind, table in (("output", job.output), ("input", job.input))
-        for k, name in enumerate(table, start=language.first_signal)
-    )
     head, foot = language.around
-    text = head + names + "".join(f"  {line}\n" for line in lines) + foot
+    text = head + _signal_names(job, language) + "".join(f"  {line}\n" for line in lines) + foot
     for step, back in zip(steps, read_program(text, language, angular), strict=True):
         if step.kind != back.kind or not np.allclose(step.values, back.values, rtol=0.0, atol=SAME):
             raise InputError("job.program_differs", kind=step.kind)

@@ -15,6 +15,7 @@ from mafsil.job.planning.equipment import Load
 from mafsil.job.planning.plan import Leg, Plan
 from mafsil.job.remark import Remark
 from mafsil.messages.visible import visible
+from mafsil.trajectory import Trajectory
 from mafsil.trajectory.paths import arc_path
 
 CHORD = 0.02
@@ -80,13 +81,7 @@ def _steps(job: Job, leg: Leg, lost: list[Remark]) -> Iterator[Instruction]:
         if leg.kind != "pause":
             lost.append(Remark("warning", "job.program_gripper", {"move": name}))
     elif leg.kind in ("set", "wait"):
-        signals = list(job.output if leg.kind == "set" else job.input)
-        for signal, value in (move.set if leg.kind == "set" else move.wait).items():
-            if isinstance(value, bool):
-                number = signals.index(signal) if signal in signals else len(signals)
-                yield Instruction(leg.kind, np.array([float(value)]), number)
-            else:
-                lost.append(Remark("warning", "job.program_signal", {"move": name, "signal": visible(signal)}))
+        yield from _signal_steps(job, leg.kind, move, name, lost)
     elif leg.kind == "if":
         lost.append(Remark("warning", "job.program_choice", {"move": name}))
     elif leg.kind == "joint" and leg.way is None and not move.via and not leg.frame:
@@ -94,15 +89,34 @@ def _steps(job: Job, leg: Leg, lost: list[Remark]) -> Iterator[Instruction]:
     elif leg.targets and all(one.path in ("line", "arc") for one in _moves_of(job, leg)) and not leg.frame:
         yield from _tip_paths(job, leg)
     elif leg.kind != "settle":
-        way = motion.at(np.linspace(0.0, motion.duration, 1001)).u
-        far = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(way, axis=0)).max(axis=1))])
-        count = int(np.ceil(far[-1] / CHORD)) + 1
-        places = [float(far[-1]) * k / (count - 1) for k in range(count)] if count > 1 else []
-        rows = [int(np.searchsorted(far, place)) for place in places]
-        for before, row in pairwise(rows):
-            time = (row - before) / 1000.0 * motion.duration
-            yield Instruction("joints", way[row], time=time, zone=0.0 if row == rows[-1] else CORNER)
-        lost.append(Remark("warning", "job.program_sampled", {"move": name, "count": count - 1}))
+        sampled = _sample(motion)
+        yield from sampled
+        lost.append(Remark("warning", "job.program_sampled", {"move": name, "count": len(sampled)}))
+
+
+def _signal_steps(job: Job, kind: str, move: Move, name: str, lost: list[Remark]) -> Iterator[Instruction]:
+    """Digital signals that are set or waited for, by their numbers."""
+    signals = list(job.output if kind == "set" else job.input)
+    for signal, value in (move.set if kind == "set" else move.wait).items():
+        if isinstance(value, bool):
+            number = signals.index(signal) if signal in signals else len(signals)
+            yield Instruction(kind, np.array([float(value)]), number)
+        else:
+            lost.append(Remark("warning", "job.program_signal", {"move": name, "signal": visible(signal)}))
+
+
+def _sample(motion: Trajectory) -> list[Instruction]:
+    """Moves of the joints from point to point along a motion that no single instruction makes."""
+    way = motion.at(np.linspace(0.0, motion.duration, 1001)).u
+    far = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(way, axis=0)).max(axis=1))])
+    count = int(np.ceil(far[-1] / CHORD)) + 1
+    places = [float(far[-1]) * k / (count - 1) for k in range(count)] if count > 1 else []
+    rows = [int(np.searchsorted(far, place)) for place in places]
+    return [
+        Instruction("joints", way[row], time=(row - before) / 1000.0 * motion.duration,
+                    zone=0.0 if row == rows[-1] else CORNER)
+        for before, row in pairwise(rows)
+    ]  # fmt: skip
 
 
 def _moves_of(job: Job, leg: Leg) -> tuple[Move, ...]:

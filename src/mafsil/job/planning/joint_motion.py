@@ -19,6 +19,7 @@ from mafsil.job.planning.quickest import (
 )
 from mafsil.job.planning.tip_motion import SHORTEST, too_fast
 from mafsil.job.remark import Refused
+from mafsil.job.tolerances import SAME_TIME, WITHIN_LIMITS
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
@@ -99,10 +100,10 @@ def _within(
     """The motion in the time that the move names, if any; refused where that is too fast or a range is left."""
     motion = shortest
     if move.duration is not None:
-        if move.duration < shortest.duration * (1 - 1e-9):
+        if move.duration < shortest.duration * (1 - SAME_TIME):
             raise too_fast(where, shortest.duration)
         motion, binding = shortest.scale_time(move.duration / shortest.duration), UNKNOWN
-    verdict = check(motion, limits, tolerance=1e-6)
+    verdict = check(motion, limits, tolerance=WITHIN_LIMITS)
     if not verdict:
         worst = verdict.violations[0]
         raise _beyond(robot, int(worst.joint) if columns is None else int(columns[int(worst.joint)]), worst, where)
@@ -118,7 +119,7 @@ def _shortest(points: Floats, move: Move, limits: JointLimits, where: object) ->
     if move.profile is None and move.duration is not None:
         quintic = _by_law(points, move, limits)
         slow = quintic.scale_time(max(move.duration / quintic.duration, 1.0))
-        if slow.duration <= move.duration * (1 + PEAK_MARGIN) and check(slow, limits, tolerance=1e-6):
+        if slow.duration <= move.duration * (1 + PEAK_MARGIN) and check(slow, limits, tolerance=WITHIN_LIMITS):
             return quintic, UNKNOWN
     if len(points) == 2 and move.profile is None:
         return straight(points, limits, where), UNKNOWN

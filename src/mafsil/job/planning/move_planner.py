@@ -139,7 +139,22 @@ class _Planner:
         walk, name = self.walk, visible(move.name)
         if move.fork is not None:
             return self.signals.decide(index, name, move.fork)
-        last = index
+        last = self._plan(index, name, move)
+        searches = [one for one in self.job.move[index : last + 1] if one.until or one.until_force]
+        if searches and (last > index or walk.legs[-1].frame):
+            raise Refused("job.search_where", move=walk.where(index))
+        if move.until:
+            stop_by_signal(walk, index, move)
+        elif move.until_force is not None:
+            stop_by_force(walk, index)
+        if any(one.outputs or one.process_wrench for one in self.job.move[index : last + 1]):
+            self.signals.put_on_path(index, last)
+        walk.made += last + 1 - index
+        return last + 1 + self.job.move[last].skip
+
+    def _plan(self, index: int, name: str, move: Move) -> int:
+        """Append a move as its kind is planned, and those that follow without a stop; the index of the last."""
+        walk = self.walk
         if move.pause is not None:
             self.signals.rest(index, name, "pause", move.pause)
         elif move.pick is not None or move.place or move.tool is not None:
@@ -153,7 +168,7 @@ class _Planner:
                 raise Refused("job.frame_loops", move=walk.where(index))
             self.on_frames.go(index, name, move)
         elif move.path in TIP_PATHS:
-            last = self.tip_moves.along(index)
+            return self.tip_moves.along(index)
         elif self.closed is not None:
             self.closed.go(index, name, move)
         elif move.pose is not None:
@@ -163,17 +178,7 @@ class _Planner:
             goal = coordinates(self.job, walk.robot, move.joints or ())
             trajectory, timing, way = self.joint_moves.joint_motion(index, goal)
             walk.append(index, name, "joint", trajectory, timing, way=way)
-        searches = [one for one in self.job.move[index : last + 1] if one.until or one.until_force]
-        if searches and (last > index or walk.legs[-1].frame):
-            raise Refused("job.search_where", move=walk.where(index))
-        if move.until:
-            stop_by_signal(walk, index, move)
-        elif move.until_force is not None:
-            stop_by_force(walk, index)
-        if any(one.outputs or one.process_wrench for one in self.job.move[index : last + 1]):
-            self.signals.put_on_path(index, last)
-        walk.made += last + 1 - index
-        return last + 1 + self.job.move[last].skip
+        return index
 
     def handle(self, index: int, name: str, move: Move) -> None:
         """Take a part, let go of it, or change tools, as far as the hand is empty or full on this way."""

@@ -21,6 +21,7 @@ from mafsil.job.planning.tip_motion import SHORTEST, time_law, tip_rates, too_fa
 from mafsil.job.planning.tip_moves import path_or_refusal
 from mafsil.job.planning.walk import Walk
 from mafsil.job.remark import Refused
+from mafsil.job.tolerances import WITHIN_LIMITS
 from mafsil.messages.visible import visible
 from mafsil.trajectory import Trajectory, check
 from mafsil.trajectory.motion import Stretchable
@@ -156,7 +157,7 @@ class FrameMoves:
         if self.frame is None:
             return rest(self.walk.q, duration)
         motion = self._move_with_frame(self._from_frame(self.frame), None, duration, "pose", index)
-        if not check(motion, self.walk.limits, tolerance=1e-6, ends=False):
+        if not check(motion, self.walk.limits, tolerance=WITHIN_LIMITS, ends=False):
             raise Refused("job.frame_too_fast", move=self.walk.where(index), frame=visible(self.name))
         return motion
 
@@ -184,11 +185,7 @@ class FrameMoves:
         task: Task = "pose" if goal is None else goal.task
         inside = goal is not None and (goal.carrier == self.name or goal.relative is not None)
         along = self.frame is not None and inside and move.path in TIP_PATHS
-        refused = [key for key in ON_FRAME if getattr(move, key)]
-        if not along:
-            refused += [key for key in OFF_FRAME if getattr(move, key)]
-            refused += ["path"] * (move.path != "joint" or (self.frame is not None and move.carried))
-        if refused:
+        if refused := self._refused_keys(move, along=along):
             raise Refused("job.frame_alone", move=walk.where(index), keys=", ".join(refused))
         if self.frame is not None and goal is not None and along:
             trajectory, target = self._along(self.frame, move, goal, index)
@@ -198,6 +195,14 @@ class FrameMoves:
             trajectory, target = self._leave(move, index)
         kind = move.path if along else "joint"
         walk.append(index, name, kind, trajectory, None, target, task, frame=self.name if self.frame else "")
+
+    def _refused_keys(self, move: Move, *, along: bool) -> list[str]:
+        """Options of a move that mean nothing on a frame, or off a path in it."""
+        refused = [key for key in ON_FRAME if getattr(move, key)]
+        if not along:
+            refused += [key for key in OFF_FRAME if getattr(move, key)]
+            refused += ["path"] * (move.path != "joint" or (self.frame is not None and move.carried))
+        return refused
 
     def _catch_up(self, move: Move, goal: Goal, index: int) -> tuple[Trajectory, PoseMatrix]:
         """All joints from rest onto the frame, with its velocity and acceleration at the end."""
@@ -296,7 +301,7 @@ class FrameMoves:
             except Refused as no:
                 wrong.append(no)
                 return None
-            return found if check(found, limits, tolerance=1e-6, ends=False) else None
+            return found if check(found, limits, tolerance=WITHIN_LIMITS, ends=False) else None
 
         if move.duration is not None and move.duration >= first and (found := suits(move.duration)) is not None:
             return found

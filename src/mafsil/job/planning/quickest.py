@@ -9,6 +9,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, frozen
 from mafsil.job.language.description import Bounds, Move
 from mafsil.job.remark import Refused
+from mafsil.job.tolerances import LEAST_SLOPE, MOVED
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
 from mafsil.trajectory import JointPath, MotionLimits, PathMotion, jerk_limited, jerk_limited_through, time_optimal
@@ -150,7 +151,7 @@ def line_at_tip_bounds(joints: PiecewisePolynomial, rate: float, growth: float, 
     """
     ends = (np.zeros(1), np.ones(1))
     slopes = np.abs(joints.at(np.linspace(0.0, 1.0, 65)).v).max(axis=0)
-    jerk = 0.5 * float((limits.jerk / np.maximum(slopes, 1e-12)).min())
+    jerk = 0.5 * float((limits.jerk / np.maximum(slopes, LEAST_SLOPE)).min())
     if np.isinf(jerk):
         return PathMotion(joints, trapezoid(*ends, velocity=rate, acceleration=growth).value)
     found = jerk_limited(*ends, MotionLimits.of(1, velocity=rate, acceleration=growth, jerk=jerk))
@@ -254,6 +255,6 @@ def _key(joint: int, quantity: str, n: int) -> tuple[int, str]:
 def different(points: list[JointVector]) -> Floats:
     """Points (k, n) less those that do not differ from the one before; two are always left."""
     rows = np.array(points)
-    moved = np.abs(np.diff(rows, axis=0)).max(axis=1) > 1e-12
+    moved = np.abs(np.diff(rows, axis=0)).max(axis=1) > MOVED
     kept = rows[np.concatenate([[True], moved])]
     return kept if len(kept) > 1 else rows[:2]

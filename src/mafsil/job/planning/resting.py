@@ -11,6 +11,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import MafsilError, ModelError
+from mafsil.job.tolerances import LEAST_DEXTERITY, MOVES_TIP
 from mafsil.lazy_module import lazily
 from mafsil.model import JointKind, JointLimits, Mechanism
 from mafsil.model.skeleton import reach
@@ -90,7 +91,7 @@ def home_configuration(robot: Robot) -> JointVector:
     rest = starting_place(robot)
     if robot.n == 0:
         return rest
-    moving = np.flatnonzero(np.abs(robot.jacobian_body(rest + 0.1)).max(axis=0) > 1e-9)
+    moving = np.flatnonzero(np.abs(robot.jacobian_body(rest + 0.1)).max(axis=0) > MOVES_TIP)
     if not len(moving):
         return rest
     choices = {int(k): _round_coordinates(robot, int(k)) for k in moving}
@@ -135,7 +136,7 @@ def _grade(robot: Robot, q: Floats) -> Floats:
     room = np.minimum(q - limits.lower, limits.upper - q)[:, bounded] / (limits.upper - limits.lower)[bounded]
     room = room.min(axis=1, initial=MARGIN) / MARGIN
     down = -(T[:, :3, 2] @ up) if robot.n >= 6 else 0.0
-    grade: Floats = 2.0 * dexterity / max(float(dexterity.max()), 1e-12) + 0.7 * room + 0.9 * down
+    grade: Floats = 2.0 * dexterity / max(float(dexterity.max()), LEAST_DEXTERITY) + 0.7 * room + 0.9 * down
     grade -= 4.0 * (_outside(tip[:, 0], FORWARD) + _outside(tip @ up, HIGH) + np.abs(tip[:, 1] * (1.0 - abs(up[1]))))
     grade += 3.0 * np.minimum(heights.min(axis=1), 0.0)
     grade -= 0.08 * np.abs(q).sum(axis=1)
@@ -148,8 +149,8 @@ def _dexterity(J: Floats) -> Floats:
     if columns > rows == 6:
         return np.mean([_dexterity(np.delete(J, k, axis=2)) for k in range(columns)], axis=0)
     values = np.linalg.svd(J, compute_uv=False)
-    rank = max(1, int((values.max(axis=0) > 1e-9).sum()))
-    return values[:, rank - 1] / np.maximum(values[:, 0], 1e-12)
+    rank = max(1, int((values.max(axis=0) > MOVES_TIP).sum()))
+    return values[:, rank - 1] / np.maximum(values[:, 0], LEAST_DEXTERITY)
 
 
 def _outside(values: Floats, band: tuple[float, float]) -> Floats:

@@ -17,6 +17,7 @@ from mafsil.job.planning.cell_signals import conditions
 from mafsil.job.planning.plan import Leg, Plan
 from mafsil.job.planning.walk import Walk
 from mafsil.job.remark import Refused, Remark
+from mafsil.job.tolerances import WITHIN_LIMITS
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.trajectory import Motion, Trajectory, check
@@ -113,7 +114,7 @@ def _stop(walk: Walk, index: int, time: float) -> None:
     brake, motion = QUICKEST_BRAKE, leg.trajectory
     while time + brake / 2.0 < leg.trajectory.duration:
         motion = StoppedMotion(leg.trajectory, time, brake)
-        if check(motion, limits, tolerance=1e-6):
+        if check(motion, limits, tolerance=WITHIN_LIMITS):
             break
         brake, motion = SLOWER * brake, leg.trajectory
         if brake > LONGEST_BRAKE:

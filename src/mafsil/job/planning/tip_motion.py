@@ -11,6 +11,7 @@ from mafsil.arrays import JointVector
 from mafsil.job.language.description import QUICKEST, Bounds, Move
 from mafsil.job.planning.quickest import UNKNOWN, Deciding, along_curve, along_line, line_at_tip_bounds
 from mafsil.job.remark import Refused
+from mafsil.job.tolerances import SAME_TIME, SLOWED
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
@@ -144,12 +145,12 @@ def _by_law(
     """The path by the time law of the move, a quintic if it names none, slower where joints need more time."""
     rate, growth = tip_rates(path, bounds, move)
     brisk = PathMotion(joints, time_law(rate, growth, move))
-    uniform = brisk.scale_time(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))
+    uniform = brisk.scale_time(max(brisk.stretch_needed(limits) * (1 + SAME_TIME), 1.0))
     if move.duration is not None and move.duration >= uniform.duration:
         return TipMotion(uniform.scale_time(move.duration / uniform.duration), move.duration)
     motion = dilate_time(brisk, limits, growth)
     if move.duration is not None:
-        if move.duration < motion.duration * (1 - 1e-9):
+        if move.duration < motion.duration * (1 - SAME_TIME):
             raise too_fast(where, motion.duration)
         motion = motion.scale_time(move.duration / motion.duration)
     return _judge(robot, motion, brisk, limits)
@@ -175,7 +176,7 @@ def _quickest(
         found = along_curve(robot, joints, bounds, move, limits, where)
     motion = found.motion
     if move.duration is not None:
-        if move.duration < motion.duration * (1 - 1e-9):
+        if move.duration < motion.duration * (1 - SAME_TIME):
             raise too_fast(where, motion.duration)
         return TipMotion(motion.scale_time(move.duration / motion.duration), move.duration)
     law = rest_law("trapezoid")
@@ -186,7 +187,7 @@ def _quickest(
 
 def _judge(robot: Robot, motion: PathMotion, brisk: PathMotion, limits: JointLimits) -> TipMotion:
     """The line, and where the joints ask for more time than the bounds of the tip."""
-    if motion.duration <= brisk.duration * (1 + 1e-6):
+    if motion.duration <= brisk.duration * (1 + SLOWED):
         return TipMotion(motion, brisk.duration)
     at = slowest(brisk, limits)
     configuration = np.asarray(brisk.path.at(at.place).u)
