@@ -7,14 +7,7 @@ from typing import Any, cast
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.state import require_open_chain
-from mafsil.derivation import (
-    Derivation,
-    derive_fk,
-    derive_jacobian,
-    to_html,
-    to_latex,
-    to_text,
-)
+from mafsil.derivation import Derivation, derive_fk, derive_jacobian, to_html, to_latex, to_text
 from mafsil.derivation.document import Side, is_matrix
 from mafsil.derivation.screw_method import Form
 from mafsil.derivation.text import formula, side_text, step_sentence

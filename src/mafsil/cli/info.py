@@ -48,10 +48,7 @@ def info(export_check: bool = False, build: bool = False) -> Answer:
     failed = [check["name"] for check in checks if not check["ok"]]
     data = {"packages": packages, "machine": machine, "settings": settings, "cache": cache, "checks": checks}
     data |= {"built": built, "missing": missing, "ok": not missing and not failed}
-    lines = [
-        say("cli.info_packages"),
-        *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:],
-    ]
+    lines = [say("cli.info_packages"), *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:]]
     lines += ["", say("cli.info_machine"), *details(machine)]
     lines += ["", say("cli.info_settings"), *details(settings)]
     lines += ["", say("cli.info_cache")]

@@ -130,14 +130,7 @@ class _Options:
 
 
 def _run(
-    text: str,
-    source: str,
-    folder: Path,
-    target: Path,
-    options: _Options = _Options(),
-    *,
-    progress: bool,
-    show: bool,
+    text: str, source: str, folder: Path, target: Path, options: _Options = _Options(), *, progress: bool, show: bool
 ) -> Answer:
     require_replaceable(target)
     with Progress(progress) as bar:
@@ -155,13 +148,7 @@ def _run(
 
 
 def _plan(
-    text: str,
-    source: str,
-    folder: Path,
-    variables: Mapping[str, object],
-    *,
-    progress: bool,
-    program: str | None = None,
+    text: str, source: str, folder: Path, variables: Mapping[str, object], *, progress: bool, program: str | None = None
 ) -> Answer:
     """The motion of a job, and how long it takes; as a program of a controller if a file is named."""
     with Progress(progress) as bar:

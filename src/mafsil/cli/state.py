@@ -28,17 +28,7 @@ else:
     parallel = lazily("mafsil.parallel")
 
 
-UNITS = {
-    "": 1.0,
-    "rad": 1.0,
-    "deg": pi / 180,
-    "°": pi / 180,
-    "m": 1.0,
-    "cm": 0.01,
-    "mm": 0.001,
-    "s": 1.0,
-    "ms": 0.001,
-}
+UNITS = {"": 1.0, "rad": 1.0, "deg": pi / 180, "°": pi / 180, "m": 1.0, "cm": 0.01, "mm": 0.001, "s": 1.0, "ms": 0.001}
 """Factor to SI of each unit that may follow a number."""
 _NUMBER = re.compile(
     r"""^\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?inf|[+-]?nan)  # the number

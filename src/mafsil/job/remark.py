@@ -44,9 +44,7 @@ class Remark:
 
     def sentence(self, language: str | None = None) -> str:
         """The sentence, in `en` or `ar` or the current language."""
-        what = say(
-            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
-        )
+        what = say_with(self.key, self.details, language)
         if self.cause is None:
             return what
         return say("job.with_cause", language=language, what=what, cause=self.cause.explain(language=language))
@@ -87,9 +85,7 @@ class Refusal(Answer):
 
     def explain(self, language: str | None = None) -> str:
         """Which move, and why."""
-        return say(
-            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
-        )
+        return say_with(self.key, self.details, language)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +114,11 @@ class Refused(Exception):
     def __init__(self, key: str, **details: object) -> None:
         super().__init__(key)
         self.refusal = Refusal(key, details)
+
+
+def say_with(key: str, details: Mapping[str, object], language: str | None = None) -> str:
+    """A sentence whose details may themselves be sentences, in a language."""
+    return say(key, language=language, **{name: detail_text(value, language) for name, value in details.items()})
 
 
 def detail_text(value: object, language: str | None) -> object:

@@ -252,6 +252,40 @@ def prepare(
     return robot, motion
 
 
+def drive(
+    job: Job,
+    text: str,
+    robot: Robot,
+    plan: Plan,
+    progress: Callable[[float], None] = lambda share: None,
+    *,
+    explained: bool = True,
+    again: Callable[[float], None] = lambda share: None,
+    log: str | os.PathLike[str] | RunListener | None = None,
+) -> Run:
+    """Simulate a plan and judge the run.
+
+    Args:
+        job, text: what is asked, and its file.
+        robot: with its tool.
+        plan: the motion.
+        progress: called with the share of the time that has been simulated.
+        explained: whether a job that failed is driven again, to find the causes.
+        again: called with the share of that which is done.
+        log: path of a live log, `.mcap`, or what else hears of the ticks; none if None.
+
+    Raises:
+        JobError: friction is too stiff for the integrator that is asked
+            for, or the motion is too long to be simulated.
+        MafsilError: the log cannot be written.
+    """
+    run = replace(simulate_plan(job, text, robot, plan, progress, log=log), limits=limits_of_cycle(plan))
+    causes = causes_of(run, again) if explained and not plan.kinematic else {}
+    searches = search_remarks(job, plan, simulated=True)
+    found = replace(run, remarks=(*searches, *judge_run(run, summary(run), causes), *run.remarks))
+    return replace(found, remarks=(*found.remarks, *stability_remarks(found)))
+
+
 def vary(run: Run, *, cluster: str | None = None, progress: Progress | None = None) -> JobVariation:
     """Drive the motion of a job many times, as its `[variation]` says.
 
@@ -327,37 +361,3 @@ def _missed_legs(job: Job, plan: Plan, legs: list[int], q: Floats) -> NDArray[np
             share = np.maximum(position / allowed.position, turn / allowed.orientation)
         first[share > 1.0] = k
     return first
-
-
-def drive(
-    job: Job,
-    text: str,
-    robot: Robot,
-    plan: Plan,
-    progress: Callable[[float], None] = lambda share: None,
-    *,
-    explained: bool = True,
-    again: Callable[[float], None] = lambda share: None,
-    log: str | os.PathLike[str] | RunListener | None = None,
-) -> Run:
-    """Simulate a plan and judge the run.
-
-    Args:
-        job, text: what is asked, and its file.
-        robot: with its tool.
-        plan: the motion.
-        progress: called with the share of the time that has been simulated.
-        explained: whether a job that failed is driven again, to find the causes.
-        again: called with the share of that which is done.
-        log: path of a live log, `.mcap`, or what else hears of the ticks; none if None.
-
-    Raises:
-        JobError: friction is too stiff for the integrator that is asked
-            for, or the motion is too long to be simulated.
-        MafsilError: the log cannot be written.
-    """
-    run = replace(simulate_plan(job, text, robot, plan, progress, log=log), limits=limits_of_cycle(plan))
-    causes = causes_of(run, again) if explained and not plan.kinematic else {}
-    searches = search_remarks(job, plan, simulated=True)
-    found = replace(run, remarks=(*searches, *judge_run(run, summary(run), causes), *run.remarks))
-    return replace(found, remarks=(*found.remarks, *stability_remarks(found)))

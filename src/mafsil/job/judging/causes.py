@@ -22,7 +22,7 @@ from mafsil.job.driving.run import Run
 from mafsil.job.judging.removals import STIFFER, Removal, given_gains, removals, up_to, with_controller
 from mafsil.job.judging.symptoms import Symptom, symptoms
 from mafsil.job.planning.plan import Leg, Plan
-from mafsil.job.remark import detail_text
+from mafsil.job.remark import detail_text, say_with
 from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
@@ -60,9 +60,7 @@ class Remedy:
 
     def explain(self, *, language: str | None = None) -> str:
         """What to write or to change, and what came of it."""
-        what = say(
-            self.key, language=language, **{k: detail_text(value, language) for k, value in self.details.items()}
-        )
+        what = say_with(self.key, self.details, language)
         if self.left is None:
             return say("job.remedy_untried", language=language, what=what)
         return say("job.remedy_proved", language=language, what=what, left=detail_text(self.left, language))
@@ -83,9 +81,7 @@ class Cause:
 
     def explain(self, *, language: str | None = None) -> str:
         """The cause in words, with the numbers that prove it, and the remedy."""
-        words = say(
-            self.key, language=language, **{k: detail_text(value, language) for k, value in self.details.items()}
-        )
+        words = say_with(self.key, self.details, language)
         return words if self.remedy is None else f"{words}; {self.remedy.explain(language=language)}"
 
 
@@ -197,10 +193,8 @@ class Listed:
 
     def explain(self, *, language: str | None = None) -> str:
         """Separated by commas."""
-        return say("job.list_separator", language=language).join(self._words(language))
-
-    def _words(self, language: str | None) -> Iterator[str]:
-        return (str(detail_text(key, language)) for key in self.keys)
+        words = (str(detail_text(key, language)) for key in self.keys)
+        return say("job.list_separator", language=language).join(words)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

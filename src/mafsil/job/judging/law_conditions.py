@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.control import Gains, Law, sliding_certificate, task_dynamics
 from mafsil.control.analysis import MinMax
-from mafsil.control.contact import (
-    AdmittanceControl,
-    ContactSwitch,
-    HybridControl,
-    ImpedanceControl,
-    admittance_radius,
-)
+from mafsil.control.contact import AdmittanceControl, ContactSwitch, HybridControl, ImpedanceControl, admittance_radius
 from mafsil.control.laws import (
     AdaptiveControl,
     Combined,

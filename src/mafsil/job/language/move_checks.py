@@ -28,13 +28,7 @@ OF: dict[str, tuple[str, ...]] = {"tolerance": DIRECTIONS, "frame": DIRECTIONS, 
 """Keys that say something of others."""
 ACTIONS = ("joints", "pose", "through", "pick", "place", "tool", "pause", "set", "wait", "do", "if")
 TIP_TOLERANCES = ("position", "orientation")
-JUDGED: dict[str, tuple[str, ...]] = {
-    "joints": ("joints",),
-    "pause": (),
-    "tool": (),
-    "set": (),
-    "wait": (),
-}
+JUDGED: dict[str, tuple[str, ...]] = {"joints": ("joints",), "pause": (), "tool": (), "set": (), "wait": ()}
 """By what the end of a move is judged, where not by the tip."""
 FIELDS = keys_of(Statement)
 _ALL = ("name", "tolerance")

@@ -14,8 +14,7 @@ from typing import Any, TypeAlias
 
 from mafsil.errors import FileError, JobError, MafsilError
 from mafsil.job.language.description import Cell, Job
-from mafsil.job.remark import detail_text
-from mafsil.messages import say
+from mafsil.job.remark import say_with
 from mafsil.messages.visible import visible
 from mafsil.regular_file import is_folder, reason, regular_bytes
 from mafsil.toml_source import parsed_toml
@@ -115,9 +114,7 @@ class BilingualJobError(JobError):
 
     def message(self, language: str | None = None) -> str:
         """The sentence, in the given language (`en`, `ar`) or the current one."""
-        return say(
-            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
-        )
+        return say_with(self.key, self.details, language)
 
 
 class BilingualFileError(FileError):
@@ -125,9 +122,7 @@ class BilingualFileError(FileError):
 
     def message(self, language: str | None = None) -> str:
         """The sentence, in the given language (`en`, `ar`) or the current one."""
-        return say(
-            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
-        )
+        return say_with(self.key, self.details, language)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,18 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import (
-    Box,
-    Capsule,
-    Checker,
-    Cone,
-    ContactPair,
-    ConvexHull,
-    Cylinder,
-    Plane,
-    Scene,
-    Sphere,
-)
+from mafsil.collision import Box, Capsule, Checker, Cone, ContactPair, ConvexHull, Cylinder, Plane, Scene, Sphere
 from mafsil.collision import Obstacle as Body
 from mafsil.collision.shapes import Geometry
 from mafsil.job.language.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
