@@ -8,7 +8,7 @@ import pytest
 from mafsil.errors import JobError, MafsilError
 from mafsil.job import Refusal, Run, parse_job, solve
 from mafsil.job.judging.judgement import summary
-from mafsil.job.language.poses import pose_matrix
+from mafsil.job.language.units import pose_matrix
 from mafsil.job.planning.equipment import equipment_of
 from mafsil.job.planning.move_planner import plan_moves
 from mafsil.job.planning.plan import Plan

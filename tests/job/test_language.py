@@ -11,9 +11,8 @@ import pytest
 from mafsil.errors import JobError
 from mafsil.geometry import rotation
 from mafsil.job.language import description, statements
-from mafsil.job.language.poses import goal_matrix, pose_matrix
 from mafsil.job.language.reading import parse_job
-from mafsil.job.language.units import LENGTHS
+from mafsil.job.language.units import LENGTHS, goal_matrix, pose_matrix
 from tests.job.test_job_planning import planned
 
 HEAD = 'robot = "panda"\n'

@@ -16,8 +16,8 @@ from mafsil.collision import Cone, ConvexHull, HeightMap, Obstacle, PointCloud, 
 from mafsil.geometry import pose
 from mafsil.ik import inverse_kinematics
 from mafsil.job import Job, Run
-from mafsil.job.language.poses import box_in_tip, goal_matrix, pose_matrix
 from mafsil.job.language.text import Places
+from mafsil.job.language.units import box_in_tip, goal_matrix, pose_matrix
 from mafsil.job.planning.equipment import UNNAMED_TOOL, box_of_tool
 from mafsil.job.planning.fitting import coordinates, require_fit
 from mafsil.job.planning.neighbours import neighbours_of

@@ -21,7 +21,7 @@ from mafsil.job.driving.laws import PLACES, law_of
 from mafsil.job.driving.run import Run
 from mafsil.job.driving.tip_laws import environment_of, rigid_surfaces_of
 from mafsil.job.language.description import TIP_LAWS, Disturbance, Job
-from mafsil.job.language.poses import centre_of_mass, part_inertia
+from mafsil.job.language.units import centre_of_mass, part_inertia
 from mafsil.job.planning.equipment import Load
 from mafsil.job.planning.plan import Plan
 from mafsil.job.planning.stretch import Driven, Stretch, grips, stretches

@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, JointVector, Vector3
 from mafsil.job.driving.run import Run
 from mafsil.job.language.description import Grasp, Job
 from mafsil.job.language.driving_tables import Simulation
-from mafsil.job.language.poses import centre_of_mass
+from mafsil.job.language.units import centre_of_mass
 from mafsil.job.planning.closed_moves import holding_efforts
 from mafsil.job.planning.equipment import Equipment
 from mafsil.job.planning.plan import Plan

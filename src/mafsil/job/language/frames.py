@@ -18,10 +18,10 @@ from mafsil.geometry import rotation
 from mafsil.geometry.pose import inverse
 from mafsil.geometry.quaternion import to_quaternion
 from mafsil.job.language.description import Four, Goal, MovingFrame, Obstacle, Pose, Three
-from mafsil.job.language.poses import facing, pose_matrix
 from mafsil.job.language.statements import JobFile, MovableFrame, Pattern, Placed, PlacedGoal, PlacedObstacle
 from mafsil.job.language.surrounding_tables import DIRECTIONS, PathConstraints, PlacedConstraints
 from mafsil.job.language.text import Keys
+from mafsil.job.language.units import facing, pose_matrix
 from mafsil.messages.visible import visible
 
 SPACE, TOOL = "space", "tool"

@@ -13,11 +13,10 @@ from mafsil.job.language.description import TIP_PATHS, UNNAMED, Goal, Grasp, Hea
 from mafsil.job.language.frames import Complaint, Frames, places, pose_of
 from mafsil.job.language.move_checks import check_pose
 from mafsil.job.language.part import Fork
-from mafsil.job.language.poses import is_possible
 from mafsil.job.language.statements import JobFile, OtherProgram, OtherStatement, Placed, PlacedGoal, Statement
 from mafsil.job.language.surrounding_tables import OtherAction, OtherMove, OtherPlace, OtherRobot
 from mafsil.job.language.text import Keys
-from mafsil.job.language.units import MILLIMETRE
+from mafsil.job.language.units import MILLIMETRE, is_possible
 from mafsil.messages.visible import visible
 
 MOST_MOVES = 200_000

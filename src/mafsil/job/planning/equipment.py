@@ -12,9 +12,8 @@ from mafsil.errors import JobError, MafsilError
 from mafsil.geometry import pose
 from mafsil.ik.problem import reach_bound
 from mafsil.job.language.description import Grasp, Job, Tool
-from mafsil.job.language.poses import pose_matrix, with_tool
 from mafsil.job.language.text import Places
-from mafsil.job.language.units import MILLIMETRE, angle_unit, length_unit
+from mafsil.job.language.units import MILLIMETRE, angle_unit, length_unit, pose_matrix, with_tool
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.frame_changes import on_track

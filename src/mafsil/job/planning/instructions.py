@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.job.language.description import Job, Move, Pose
-from mafsil.job.language.poses import centre_of_mass
+from mafsil.job.language.units import centre_of_mass
 from mafsil.job.planning.equipment import Load
 from mafsil.job.planning.plan import Leg, Plan
 from mafsil.job.remark import Remark

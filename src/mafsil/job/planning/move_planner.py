@@ -14,9 +14,8 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.job.language.description import TIP_PATHS, Goal, Grasp, Job, Move
 from mafsil.job.language.part import Fork, PathOutput, SignalValue
-from mafsil.job.language.poses import pose_matrix
 from mafsil.job.language.text import Places
-from mafsil.job.language.units import tolerances
+from mafsil.job.language.units import pose_matrix, tolerances
 from mafsil.job.planning.beside import Standstill
 from mafsil.job.planning.cell_signals import Decision, assignments, conditions, decide_fork
 from mafsil.job.planning.equipment import Equipment, Load

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector6
 from mafsil.geometry import pose, rotation, twist
 from mafsil.job.language.description import TIP_PATHS, Goal, Grasp, Move, Task
-from mafsil.job.language.poses import goal_matrix, pose_matrix
-from mafsil.job.language.units import tolerances
+from mafsil.job.language.units import goal_matrix, pose_matrix, tolerances
 from mafsil.job.planning.fitting import coordinates
 from mafsil.job.planning.tip_motion import SHORTEST, time_law, tip_rates, too_fast
 from mafsil.job.planning.tip_moves import path_or_refusal

@@ -19,9 +19,9 @@ from mafsil.collision import ArmMount, Checker, Clearance, ContactPair, MultiArm
 from mafsil.collision import Obstacle as Body
 from mafsil.errors import MafsilError
 from mafsil.job.language.description import Collision, Job, Pose
-from mafsil.job.language.poses import pose_matrix
 from mafsil.job.language.surrounding_tables import OtherRobot
 from mafsil.job.language.text import Places
+from mafsil.job.language.units import pose_matrix
 from mafsil.job.planning.cell_signals import Decision
 from mafsil.job.planning.fitting import assumed_limits, coordinates, require_within
 from mafsil.job.planning.placed_parts import Stay

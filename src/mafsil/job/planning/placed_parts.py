@@ -13,7 +13,7 @@ from mafsil.collision import Box
 from mafsil.collision import Obstacle as Body
 from mafsil.geometry import pose
 from mafsil.job.language.description import UNNAMED, Grasp
-from mafsil.job.language.poses import box_in_tip
+from mafsil.job.language.units import box_in_tip
 from mafsil.messages.visible import visible
 
 

@@ -15,10 +15,10 @@ from mafsil.collision import Box, Capsule, Checker, Cone, ContactPair, ConvexHul
 from mafsil.collision import Obstacle as Body
 from mafsil.collision.shapes import Geometry
 from mafsil.job.language.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
-from mafsil.job.language.poses import box_in_tip, pose_matrix
 from mafsil.job.language.reading import parse_scene
 from mafsil.job.language.surrounding_tables import CONSTRAINED_PLANNER
 from mafsil.job.language.text import text_of
+from mafsil.job.language.units import box_in_tip, pose_matrix
 from mafsil.job.planning.beside import Beside
 from mafsil.job.planning.equipment import UNNAMED_TOOL, Load, box_of_tool
 from mafsil.job.planning.named_files import shape_of

@@ -14,8 +14,7 @@ from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.errors import MafsilError
 from mafsil.geometry import rotation
 from mafsil.job.language.description import JOINT_BOUNDS, TIP_BOUNDS, Bounds, Move, Pose
-from mafsil.job.language.poses import pose_matrix
-from mafsil.job.language.units import tolerances
+from mafsil.job.language.units import pose_matrix, tolerances
 from mafsil.job.planning.closed_moves import ClosedMoves
 from mafsil.job.planning.goals import FIXES
 from mafsil.job.planning.plan import Timing

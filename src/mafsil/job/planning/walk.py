@@ -11,8 +11,8 @@ from msgspec import structs
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.language.description import TIP_BOUNDS, Bounds, Goal, Job, Move, Task
 from mafsil.job.language.driving_tables import WITHOUT_INERTIA
-from mafsil.job.language.poses import goal_matrix, pose_matrix
 from mafsil.job.language.text import Places
+from mafsil.job.language.units import goal_matrix, pose_matrix
 from mafsil.job.planning.beside import Beside
 from mafsil.job.planning.cell_signals import CellSignals, Decision
 from mafsil.job.planning.equipment import Equipment, Load
