@@ -50,6 +50,15 @@ class Remark:
         return say("job.with_cause", language=language, what=what, cause=self.cause.explain(language=language))
 
 
+class JobStatus(Status):
+    """How a job ended."""
+
+    DONE = ("job.status_done", True)
+    FAILED = ("job.status_failed", False)
+    STOPPED = ("job.status_stopped", False)
+    REFUSED = ("job.status_refused", False)
+
+
 @dataclass(frozen=True, slots=True)
 class Refusal(Answer):
     """A well-formed job that the robot cannot do; false, and empty.
@@ -147,12 +156,3 @@ class Where:
         """`move 3 'lift' (line 41)`."""
         called = say("job.start", language=language) if self.move is None else label(self.index, self.move, language)
         return called if self.line is None else say("job.at_line", language=language, what=called, line=self.line)
-
-
-class JobStatus(Status):
-    """How a job ended."""
-
-    DONE = ("job.status_done", True)
-    FAILED = ("job.status_failed", False)
-    STOPPED = ("job.status_stopped", False)
-    REFUSED = ("job.status_refused", False)

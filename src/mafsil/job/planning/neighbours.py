@@ -47,6 +47,40 @@ STANDING = 1e-3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class OtherStep:
+    """One move of another robot.
+
+    Attributes:
+        number: of the entry of its table, from 1.
+        kind: joint, pause, set, wait or if.
+        text: what it sets, waits for or looks at.
+        start, end: on the clock of the job [s].
+        part: of its motion; None where it is there already.
+        q: (n,) where it is at the end [rad | m].
+        index: of the move.
+        after: index of the next move.
+        decision: of a choice: which way it went, and why.
+    """
+
+    number: int
+    kind: str
+    text: str
+    start: float
+    end: float
+    part: TimedArm | None
+    q: JointVector
+    index: int
+    after: int
+    decision: Decision | None = None
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data."""
+        choice = None if self.decision is None else self.decision.to_dict()
+        where: dict[str, object] = {"number": self.number, "kind": self.kind, "text": self.text, "choice": choice}
+        return where | {"start": self.start, "end": self.end}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Neighbour:
     """Another robot at its base pose.
 
@@ -301,40 +335,6 @@ def _drive(own: Floats, assumed: Floats, share: float) -> Floats:
     """Bounds of joints as jobs drive them."""
     known = np.isfinite(own) & (own > 0.0)
     return np.where(known, np.where(known, own, 1.0) * share, assumed)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class OtherStep:
-    """One move of another robot.
-
-    Attributes:
-        number: of the entry of its table, from 1.
-        kind: joint, pause, set, wait or if.
-        text: what it sets, waits for or looks at.
-        start, end: on the clock of the job [s].
-        part: of its motion; None where it is there already.
-        q: (n,) where it is at the end [rad | m].
-        index: of the move.
-        after: index of the next move.
-        decision: of a choice: which way it went, and why.
-    """
-
-    number: int
-    kind: str
-    text: str
-    start: float
-    end: float
-    part: TimedArm | None
-    q: JointVector
-    index: int
-    after: int
-    decision: Decision | None = None
-
-    def to_dict(self) -> dict[str, object]:
-        """Plain data."""
-        choice = None if self.decision is None else self.decision.to_dict()
-        where: dict[str, object] = {"number": self.number, "kind": self.kind, "text": self.text, "choice": choice}
-        return where | {"start": self.start, "end": self.end}
 
 
 def without_usual(checker: Checker) -> Checker:
