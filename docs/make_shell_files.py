@@ -11,8 +11,7 @@ from pathlib import Path
 
 import mafsil as mf
 from mafsil.cli.answer import Answer
-from mafsil.cli.completion import completion
-from mafsil.cli.manual import manual
+from mafsil.cli.manual import completion, manual
 
 FOLDER = Path(__file__).parent / "shell"
 

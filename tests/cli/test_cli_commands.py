@@ -9,8 +9,8 @@ import pytest
 
 from mafsil import messages
 from mafsil.cli.main import main
-from mafsil.cli.numerals import number
 from mafsil.cli.registry import OPERATIONS
+from mafsil.cli.state import number
 from mafsil.errors import InputError
 from mafsil.mechanics.catalogue import CATALOGUE
 from mafsil.robot import load

@@ -76,7 +76,7 @@ def test_what_cannot_be_is_refused(
 def test_an_unfinished_motion_is_an_honest_no(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("mafsil.cli.motion.PATIENCE", 1e-3)
+    monkeypatch.setattr("mafsil.cli.dynamics.PATIENCE", 1e-3)
     code, out, err = run(capsys, "--duration", "1000")
     assert code == 1
     assert "puma560" in out

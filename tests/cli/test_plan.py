@@ -11,8 +11,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.cli.main import main
-from mafsil.job.reading import parse_scene
-from mafsil.job.surroundings import scene_of
+from mafsil.job.language.reading import parse_scene
+from mafsil.job.planning.surroundings import scene_of
 from mafsil.model.appearance import with_shapes
 from mafsil.parallel import ClosedChain
 from tests.collision.arms import LISTED, TOUCHING

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mafsil.cli.main import main
-from mafsil.cli.words import put_options_first
+from mafsil.cli.parser import put_options_first
 from mafsil.robot import load
 
 ROOT = Path(__file__).parents[2]
@@ -141,8 +141,8 @@ def test_the_reason_of_a_no_is_read_once_on_a_terminal(capsys, monkeypatch, term
 
 
 def test_a_list_of_texts_leaves_the_last_word_to_the_robot_that_is_missing():
-    from mafsil.cli.operation import Parameter
-    from mafsil.cli.words import _end_of_values
+    from mafsil.cli.parser import _end_of_values
+    from mafsil.cli.registry import Parameter
 
     rows = Parameter("dh", "text", many=True)
     words = ["--dh", "-L1 0 0 q1", "L2 0 0 q2", "arm.urdf"]

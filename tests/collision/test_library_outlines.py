@@ -10,7 +10,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Box, Checker, Obstacle
-from mafsil.job.resting import resting_place, starting_place
+from mafsil.job.planning.resting import resting_place, starting_place
 from mafsil.model import Capsule, Cylinder, Mesh, library, mesh
 from mafsil.model.link import OUTLINE
 from tests.sizes import few

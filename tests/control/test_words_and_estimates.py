@@ -17,7 +17,7 @@ from mafsil.control.analysis.explanation import FORMULAS
 from mafsil.control.joints import MotionEstimator, accelerometer, joint_acceleration
 from mafsil.control.joints.motion_estimator import JointMotionEstimate
 from mafsil.errors import InputError
-from mafsil.job.laws import KINDS
+from mafsil.job.driving.laws import KINDS
 from mafsil.trajectory import quintic
 
 ARM = mf.load("puma560")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mafsil.figures import plot_mechanism
-from mafsil.job.resting import resting_place
+from mafsil.job.planning.resting import resting_place
 from mafsil.model import library
 from mafsil.model.library import textbook
 

@@ -11,10 +11,10 @@ import pytest
 from mafsil.cli.main import main
 from mafsil.collision.status import SMALLEST_GAP
 from mafsil.job import Run, parse_job, solve
-from mafsil.job.causes import MOST_AGAIN, Cause, causes_of
-from mafsil.job.judgement import summary
-from mafsil.job.planned_remarks import PLANNED
-from mafsil.job.symptoms import symptoms
+from mafsil.job.judging.causes import MOST_AGAIN, Cause, causes_of
+from mafsil.job.judging.judgement import summary
+from mafsil.job.judging.symptoms import symptoms
+from mafsil.job.planning.planned_remarks import PLANNED
 from mafsil.report.contents import verdict
 
 LINK = """<link name="l{k}"><inertial><origin xyz="0 0 0.15"/><mass value="{mass}"/>
@@ -158,14 +158,14 @@ def test_gains_that_are_too_hard_for_the_rate_are_proved_at_a_higher_one(tmp_pat
 
 def test_nothing_is_driven_again_where_nothing_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run, counted = own(tmp_path), []
-    monkeypatch.setattr("mafsil.job.causes.simulate_plan", lambda *a, **k: counted.append(1))
+    monkeypatch.setattr("mafsil.job.judging.causes.simulate_plan", lambda *a, **k: counted.append(1))
     assert causes_of(run) == {}
     assert not symptoms(run)
     assert not counted
 
 
 def test_simulations_in_search_of_causes_are_few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from mafsil.job import plan_simulation
+    from mafsil.job.driving import plan_simulation
 
     count = []
 
@@ -173,7 +173,7 @@ def test_simulations_in_search_of_causes_are_few(tmp_path: Path, monkeypatch: py
         count.append(named["difference"])
         return plan_simulation.simulate_plan(*args, **named)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("mafsil.job.causes.simulate_plan", counted)
+    monkeypatch.setattr("mafsil.job.judging.causes.simulate_plan", counted)
     shares: list[float] = []
     text = own(tmp_path, "friction = false", friction=4.0).text
     broken = replace(driven(text, tmp_path))

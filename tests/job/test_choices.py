@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mafsil.cli.main import main
 from mafsil.errors import JobError
 from mafsil.job import parse_job, solve
-from mafsil.job.judgement import summary
+from mafsil.job.judging.judgement import summary
 from mafsil.job.solve import prepare
 from mafsil.report.contents import page as page_of
 from mafsil.report.results import as_data

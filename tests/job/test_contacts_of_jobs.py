@@ -10,11 +10,11 @@ import pytest
 from mafsil.cli.main import main
 from mafsil.errors import JobError
 from mafsil.job import Run, parse_job, solve, solve_file
-from mafsil.job.contacts import Face
-from mafsil.job.door_grips import grips
-from mafsil.job.judgement import summary
-from mafsil.job.laws import kinds_for
-from mafsil.job.schema import schema
+from mafsil.job.driving.laws import kinds_for
+from mafsil.job.driving.tip_laws import Face
+from mafsil.job.judging.judgement import summary
+from mafsil.job.language.reading import schema
+from mafsil.job.planning.stretch import grips
 from mafsil.report.contents import page
 from mafsil.report.replay import replay_scene
 from mafsil.simulation import RigidSurface

@@ -12,8 +12,8 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.errors import FileError, InputError
 from mafsil.geometry.quaternion import to_quaternion
-from mafsil.job.controller_program import LANGUAGES, instructions, language_of, read_program, write_program
-from mafsil.job.reading import parse_job
+from mafsil.job.language.reading import parse_job
+from mafsil.job.planning.controller_program import LANGUAGES, instructions, language_of, read_program, write_program
 from mafsil.job.solve import prepare
 from mafsil.model import library
 from tests.sizes import few

@@ -8,8 +8,8 @@ import pytest
 from mafsil.control import gravity_compensation, inertia_gains
 from mafsil.errors import JobError
 from mafsil.job import Run, parse_job, solve
-from mafsil.job.judgement import summary
-from mafsil.job.resting import resting_place
+from mafsil.job.judging.judgement import summary
+from mafsil.job.planning.resting import resting_place
 from mafsil.model import library
 from mafsil.robot import load
 from mafsil.simulation import Scenario, simulate

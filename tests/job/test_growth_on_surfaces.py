@@ -10,7 +10,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.job import Run, parse_job, solve
-from mafsil.job.law_stability import HeldArm, growth_along, quiet_law
+from mafsil.job.judging.law_stability import HeldArm, growth_along, quiet_law
 from mafsil.trajectory import Motion, quintic
 from mafsil.trajectory.profiles import rest
 

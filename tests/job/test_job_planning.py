@@ -13,9 +13,9 @@ from mafsil.cli.main import main
 from mafsil.errors import FileError, JobError
 from mafsil.ik import solve_ik
 from mafsil.job import Refusal, Run, parse_job, schema, solve
-from mafsil.job.judgement import summary
+from mafsil.job.judging.judgement import summary
 from mafsil.job.language import JobFile
-from mafsil.job.plan import Plan
+from mafsil.job.planning.plan import Plan
 from mafsil.job.solve import prepare
 from mafsil.messages import say
 from mafsil.robot import Robot

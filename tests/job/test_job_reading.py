@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from mafsil.errors import FileError, JobError, MafsilError
 from mafsil.job import parse_job, read_job
-from mafsil.job.language import key_checks
-from mafsil.job.lines import Places
+from mafsil.job.language import reading
+from mafsil.job.language.text import Places
 from mafsil.job.solve import prepare
 
 JOBS = Path(__file__).parents[2] / "examples" / "jobs"
@@ -129,8 +129,7 @@ def test_lines_of_keys() -> None:
 def test_every_key_is_documented() -> None:
     import msgspec
 
-    from mafsil.job import description
-    from mafsil.job.language import statements
+    from mafsil.job.language import description, statements
 
     text = (Path(__file__).parents[2] / "docs" / "job_files.md").read_text(encoding="utf-8")
     parts = [
@@ -168,7 +167,7 @@ def test_keys_of_a_table_are_looked_up_once_however_many_moves_there_are(monkeyp
     asked: list[object] = []
     fields = msgspec.structs.fields
     monkeypatch.setattr(msgspec.structs, "fields", lambda kind: asked.append(kind) or fields(kind))
-    key_checks._fields.cache_clear()
+    reading._fields.cache_clear()
     moves = parse_job('robot = "planar2r"\n' + "[[move]]\npause = 0.1\n" * 500)
     assert len(moves.move) == 500
     assert len(asked) == len(set(asked)) < 30

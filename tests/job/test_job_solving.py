@@ -7,11 +7,11 @@ import pytest
 
 from mafsil.errors import JobError, MafsilError
 from mafsil.job import Refusal, Run, parse_job, solve
-from mafsil.job.equipment import equipment_of
-from mafsil.job.judgement import summary
-from mafsil.job.move_planner import plan
-from mafsil.job.plan import Plan
-from mafsil.job.poses import pose_matrix
+from mafsil.job.judging.judgement import summary
+from mafsil.job.language.units import pose_matrix
+from mafsil.job.planning.equipment import equipment_of
+from mafsil.job.planning.move_planner import plan_moves
+from mafsil.job.planning.plan import Plan
 from mafsil.trajectory import check
 
 JOBS = Path(__file__).parents[2] / "examples" / "jobs"
@@ -65,7 +65,7 @@ def test_plans_are_continuous_at_rest_and_within_speed_limits(name: str) -> None
     path = JOBS / f"{name}.toml"
     job = parse_job(path.read_text(encoding="utf-8"))
     tools = equipment_of(job, path.parent)
-    robot, motion = tools[0].robot, plan(job, tools)
+    robot, motion = tools[0].robot, plan_moves(job, tools)
     assert isinstance(motion, Plan)
     q = motion.start
     for leg in motion.legs:
@@ -80,7 +80,7 @@ def test_lines_are_straight() -> None:
     path = JOBS / "pick_and_place_panda.toml"
     job = parse_job(path.read_text(encoding="utf-8"))
     tools = equipment_of(job, path.parent)
-    robot, motion = tools[0].robot, plan(job, tools)
+    robot, motion = tools[0].robot, plan_moves(job, tools)
     assert isinstance(motion, Plan)
     for leg in motion.legs:
         if leg.kind != "line":

@@ -11,9 +11,9 @@ import pytest
 from mafsil.cli.main import main
 from mafsil.errors import InputWarning, JobError
 from mafsil.job import Run, parse_job, solve
-from mafsil.job.error_split import split
-from mafsil.job.holding import overloads, planned_overloads
-from mafsil.job.judgement import Summary, summary
+from mafsil.job.judging.holding import overloads, planned_overloads
+from mafsil.job.judging.judgement import Summary, summary
+from mafsil.job.judging.symptoms import split
 from mafsil.messages.quantities import digits, quantity
 from mafsil.report.contents import verdict
 from mafsil.report.replay import part_tracks

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from mafsil.errors import JobError
-from mafsil.job import keeping, solve
-from mafsil.job.judgement import remarks, summary
-from mafsil.job.reading import parse_job
+from mafsil.job import solve
+from mafsil.job.driving import arrival
+from mafsil.job.driving.run import Run
+from mafsil.job.judging import judge_run, summary
+from mafsil.job.language.reading import parse_job
 from mafsil.job.remark import Refusal
-from mafsil.job.run import Run
 from mafsil.report.contents import page
 
 HERE = Path()
@@ -64,10 +65,10 @@ def test_what_moves_keep_is_kept_by_the_driven_arm(run: Run) -> None:
 
 
 def test_what_was_not_kept_when_driven_is_said(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    worst = keeping.worst_kept(run, 0)
+    worst = arrival.worst_kept(run, 0)
     assert worst is not None
-    monkeypatch.setattr(keeping, "worst_kept", lambda run, leg: keeping.Measured(worst.kept, 40.0 * worst.measures))
-    broken = [one for one in remarks(run, summary(run)) if one.key == "job.constraint_violated"]
+    monkeypatch.setattr(arrival, "worst_kept", lambda run, leg: arrival.Measured(worst.kept, 40.0 * worst.measures))
+    broken = [one for one in judge_run(run, summary(run)) if one.key == "job.constraint_violated"]
     assert broken[0].level == "failure"
     assert "violates the path constraints" in broken[0].sentence("en") != broken[0].sentence("ar")
 

@@ -82,7 +82,7 @@ def test_an_arm_without_masses_follows_its_plan_and_the_report_says_what_is_not_
 def test_unknown_efforts_are_nowhere_a_number(folder: Path) -> None:
     run = solved(JOB, folder)
     written = write_results(run, folder / "out").parent
-    data = as_data(run, mf.job.judgement.summary(run))
+    data = as_data(run, mf.job.judging.summary(run))
     assert data["numbers"]["energy"] is None
     assert {joint["peak_effort"] for joint in data["joints"]} == {None}
     page = (written / "report.html").read_text("utf-8")

@@ -10,11 +10,9 @@ import pytest
 
 from mafsil.errors import JobError
 from mafsil.geometry import rotation
-from mafsil.job import description
-from mafsil.job.language import statements
-from mafsil.job.language.units import LENGTHS
-from mafsil.job.poses import goal_matrix, pose_matrix
-from mafsil.job.reading import parse_job
+from mafsil.job.language import description, statements
+from mafsil.job.language.reading import parse_job
+from mafsil.job.language.units import LENGTHS, goal_matrix, pose_matrix
 from tests.job.test_job_planning import planned
 
 HEAD = 'robot = "panda"\n'

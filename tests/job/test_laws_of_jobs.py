@@ -14,11 +14,11 @@ from mafsil.control import add_delay, combine, feedforward, inertia_gains, pid
 from mafsil.control.joints import EncoderLoop
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse_job, solve
-from mafsil.job.error_split import error_growth
-from mafsil.job.law_bench import CONDITIONS, LawStatus
-from mafsil.job.law_conditions import Condition, conditions
-from mafsil.job.law_stability import growth_along
-from mafsil.job.laws import KINDS
+from mafsil.job.driving.laws import KINDS
+from mafsil.job.judging.law_bench import CONDITIONS, LawStatus
+from mafsil.job.judging.law_conditions import Condition, conditions
+from mafsil.job.judging.law_stability import growth_along
+from mafsil.job.judging.symptoms import error_growth
 from mafsil.simulation import Plant, Scenario
 from mafsil.simulation.findings import alternating_efforts
 from mafsil.simulation.fused import can_fuse

@@ -14,8 +14,8 @@ from mafsil.control.laws import TipOfJoints
 from mafsil.control.laws.task_coordinates import null_space_feedback
 from mafsil.errors import JobError
 from mafsil.job import Run, bench_laws, parse_job, solve, solve_file
-from mafsil.job.judgement import summary
-from mafsil.job.laws import KINDS
+from mafsil.job.driving.laws import KINDS
+from mafsil.job.judging.judgement import summary
 from mafsil.messages import say
 from mafsil.report.results import as_data, write_results
 from mafsil.simulation import Recording

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.job.equipment import Equipment
-from mafsil.job.limiting import DECIDES, MORE, labels_of, limits_of_cycle, most_used, name_limit, would_save
-from mafsil.job.move_planner import plan
-from mafsil.job.reading import parse_job
+from mafsil.job.language.reading import parse_job
+from mafsil.job.planning.equipment import Equipment
+from mafsil.job.planning.limiting import DECIDES, MORE, labels_of, limits_of_cycle, most_used, name_limit, would_save
+from mafsil.job.planning.move_planner import plan_moves
 from mafsil.messages.quantities import quantity
 from tests.job.test_job_planning import planned
 
@@ -59,7 +59,7 @@ def cycle_with(text=TEXT, robot=None):
         _, again = planned(text)
     else:
         job = parse_job(text)
-        again = plan(job, (Equipment(None, job.tool, robot, np.eye(4), np.eye(4)),), text=text)
+        again = plan_moves(job, (Equipment(None, job.tool, robot, np.eye(4), np.eye(4)),), text=text)
     assert again.legs
     return again.duration
 

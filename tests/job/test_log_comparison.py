@@ -12,8 +12,8 @@ import pytest
 import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.errors import FileError, InputError
-from mafsil.job.log_comparison import compare_with_log, positions
-from mafsil.job.reading import parse_job
+from mafsil.job.judging.log_comparison import compare_with_log, positions
+from mafsil.job.language.reading import parse_job
 from mafsil.job.solve import prepare
 from tests.sizes import few
 

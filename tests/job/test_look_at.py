@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mafsil.errors import JobError
 from mafsil.job import parse_job
-from mafsil.job.poses import facing
+from mafsil.job.language.units import facing
 from mafsil.job.solve import prepare
 
 HEAD = 'robot = "ur5e"\n{top}\n[start]\njoints = [0, -1.57, 1.57, -1.57, -1.57, 0]\n'

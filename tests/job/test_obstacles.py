@@ -12,10 +12,10 @@ import mafsil as mf
 from mafsil.collision import Checker, SkipReason
 from mafsil.errors import JobError
 from mafsil.job import solve
-from mafsil.job.judgement import summary
-from mafsil.job.reading import parse_job
+from mafsil.job.driving.run import Run
+from mafsil.job.judging.judgement import summary
+from mafsil.job.language.reading import parse_job
 from mafsil.job.remark import Refusal
-from mafsil.job.run import Run
 from mafsil.job.solve import prepare
 from mafsil.report.contents import page
 from mafsil.report.replay import replay_scene

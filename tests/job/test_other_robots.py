@@ -9,10 +9,10 @@ import pytest
 
 from mafsil.collision import ArmMount, Checker, MultiArmCell
 from mafsil.errors import FileError, JobError
-from mafsil.job.clearances import clearances
-from mafsil.job.judgement import summary
-from mafsil.job.placed_parts import Stay
-from mafsil.job.reading import parse_job, read_job
+from mafsil.job.judging.clearances import clearances
+from mafsil.job.judging.judgement import summary
+from mafsil.job.language.reading import parse_job, read_job
+from mafsil.job.planning.placed_parts import Stay
 from mafsil.job.remark import Refusal
 from mafsil.job.solve import prepare, solve
 from mafsil.planning import TimedArm

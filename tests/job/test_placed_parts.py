@@ -10,7 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil.collision import Box, Checker, Obstacle, Scene
 from mafsil.job import Refusal, Run, parse_job, solve
-from mafsil.job.clearances import clearances
+from mafsil.job.judging.clearances import clearances
 from mafsil.job.solve import prepare
 from mafsil.messages.quantities import quantity
 from mafsil.report.replay import part_tracks

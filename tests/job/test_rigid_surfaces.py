@@ -10,7 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import JobError
 from mafsil.job import parse_job, solve
-from mafsil.job.law_conditions import conditions
+from mafsil.job.judging.law_conditions import conditions
 
 JOB = """
 robot = "puma560"

@@ -11,8 +11,8 @@ import yaml
 from mafsil.collision import Box, Capsule, Checker, Cone, ConvexHull, Cylinder, Obstacle, Plane, Scene, Sphere
 from mafsil.errors import InputError
 from mafsil.geometry.quaternion import from_quaternion
-from mafsil.job.reading import parse_job
-from mafsil.job.ros_program import RATE, program_for
+from mafsil.job.language.reading import parse_job
+from mafsil.job.planning.ros_program import RATE, program_for
 from mafsil.job.solve import prepare
 
 JOB = """
@@ -131,7 +131,7 @@ def test_the_scene_is_as_far_from_the_arm_everywhere(planned):
 
 
 def test_hulls_become_meshes_with_all_their_corners_and_capsules_three_solids(planned):
-    from mafsil.job.ros_program import _collision_object
+    from mafsil.job.planning.ros_program import _collision_object
 
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1.0)])
     hull = _collision_object(Obstacle(ConvexHull(corners), name="hull"), "base")

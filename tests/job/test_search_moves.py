@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mafsil.errors import JobError
 from mafsil.job import Refusal, Run, parse_job, solve
-from mafsil.job.searching import StoppedMotion
+from mafsil.job.planning.searching import StoppedMotion
 from mafsil.job.solve import prepare
 from mafsil.trajectory import quintic
 

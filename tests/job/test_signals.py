@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from mafsil.cli.main import main
 from mafsil.errors import JobError
 from mafsil.job import Refusal, parse_job, solve
-from mafsil.job.cell_signals import CellSignals, holds
-from mafsil.job.judgement import summary
+from mafsil.job.judging.judgement import summary
+from mafsil.job.planning.cell_signals import CellSignals, holds
 from mafsil.job.solve import prepare
 from mafsil.report.contents import page as page_of
 from mafsil.report.results import as_data

@@ -9,7 +9,7 @@ import pytest
 
 from mafsil.errors import JobError
 from mafsil.job import parse_job
-from mafsil.job.plan import Plan
+from mafsil.job.planning.plan import Plan
 from mafsil.job.solve import prepare
 
 HEAD = 'robot = "ur5e"\n{units}\n[limits]\n{limits}\n[start]\njoints = {start}\n'

@@ -11,7 +11,7 @@ import pytest
 from mafsil.cli.main import main
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, parse_job, solve
-from mafsil.job.judgement import summary
+from mafsil.job.judging.judgement import summary
 from mafsil.job.sweep import sweep
 
 JOB = """

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mafsil.geometry import pose
-from mafsil.job.planned_remarks import driving_limits
-from mafsil.job.reading import parse_job
+from mafsil.job.language.reading import parse_job
+from mafsil.job.planning.planned_remarks import driving_limits
 from mafsil.trajectory import check
 from tests.job.test_job_planning import PANDA, complaint, planned, refused
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mafsil.job import Refusal, Run, parse_job, solve
-from mafsil.job.judgement import summary
+from mafsil.job.judging.judgement import summary
 from mafsil.job.solve import prepare
 from mafsil.report.contents import page
 

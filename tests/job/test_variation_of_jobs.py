@@ -16,10 +16,10 @@ import pytest
 from mafsil.cli.main import main
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, parse_job, solve
-from mafsil.job.arrival import arrival, goal_of
+from mafsil.job.driving.arrival import arrival, goal_of
+from mafsil.job.driving.run import CAUSES, SHARES
+from mafsil.job.language.driving_tables import SPREADS
 from mafsil.job.solve import vary
-from mafsil.job.variation import CAUSES, SHARES
-from mafsil.job.variation_table import SPREADS
 from mafsil.simulation import Normal, Variation
 
 JOB = """
@@ -224,7 +224,7 @@ def test_millimetres_are_converted():
 
 
 def replace_mean(mean, deviation):
-    from mafsil.job.variation_table import Normal as Said
+    from mafsil.job.language.driving_tables import Normal as Said
 
     assert replace(Normal(1.0, 2.0), mean=mean).mean == mean
     return Said(mean=mean, deviation=deviation)

@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import FileError
 from mafsil.grasp import read_grasp
-from mafsil.job.reading import parse_job
+from mafsil.job.language.reading import parse_job
 from mafsil.toml_source import LONGEST_KEY, parsed_toml
 from tests.budget import within
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.job.reading import parse_job
-from mafsil.job.text import text_of
+from mafsil.job.language.reading import parse_job
+from mafsil.job.language.text import text_of
 from mafsil.page import Session, show
 from mafsil.report.replay import waiting_scene
 from mafsil.studio.opening import robot_of_job, studio_of

@@ -11,7 +11,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Checker, distance
-from mafsil.job.resting import CLEAR, home_configuration
+from mafsil.job.planning.resting import CLEAR, home_configuration
 from mafsil.model import Capsule, library
 from mafsil.model.appearance import part_of, reach
 from mafsil.page import show

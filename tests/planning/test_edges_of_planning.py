@@ -13,7 +13,7 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.collision import Box, Checker, Obstacle, Sphere, TriangleMesh
 from mafsil.job import parse_job, solve
-from mafsil.job.judgement import summary
+from mafsil.job.judging.judgement import summary
 from mafsil.job.solve import prepare
 from mafsil.planning import Problem, arm_planners, find_path, roadmap_loops, search
 from mafsil.planning.outcome import PlanningStatus, is_interruption

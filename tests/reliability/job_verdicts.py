@@ -17,11 +17,11 @@ import numpy as np
 
 from mafsil.errors import JobError
 from mafsil.job import parse_job
-from mafsil.job.drive import drive
-from mafsil.job.equipment import Equipment
-from mafsil.job.move_planner import plan
-from mafsil.job.plan import Plan
-from mafsil.job.resting import resting_place
+from mafsil.job.planning.equipment import Equipment
+from mafsil.job.planning.move_planner import plan_moves
+from mafsil.job.planning.plan import Plan
+from mafsil.job.planning.resting import resting_place
+from mafsil.job.solve import drive
 from mafsil.model import Friction, JointKind, Mechanism, library
 from mafsil.robot import Robot
 from tests.reliability import figures
@@ -131,7 +131,7 @@ def judged(number: int) -> dict[str, int]:
     robot = Robot(arm(rng, gentle=gentle))
     text = text_of(rng, robot, gentle=gentle)
     job = parse_job(text)
-    motion = plan(job, (Equipment(None, job.tool, robot, np.eye(4), np.eye(4)),))
+    motion = plan_moves(job, (Equipment(None, job.tool, robot, np.eye(4), np.eye(4)),))
     if not isinstance(motion, Plan):
         return {"refused": 1}
     try:

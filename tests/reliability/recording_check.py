@@ -14,7 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from mafsil.job import Run
-from mafsil.job.judgement import summary
+from mafsil.job.judging.judgement import summary
 from mafsil.job.remark import Remark
 from mafsil.messages import LANGUAGES
 from mafsil.model import JointKind

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from mafsil.job import Run, parse_job, solve
-from mafsil.job.causes import Cause
+from mafsil.job.judging.causes import Cause
 from mafsil.job.remark import Remark
 from tests.reliability import figures, job_verdicts
 from tests.reliability.recording_check import complaints

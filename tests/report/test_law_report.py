@@ -13,11 +13,10 @@ import pytest
 from mafsil.cli.main import main
 from mafsil.errors import InputError
 from mafsil.job import bench_laws, parse_job
-from mafsil.job.law_bench import CONDITIONS, PIECES
+from mafsil.job.judging.law_bench import CONDITIONS, PIECES
 from mafsil.messages import say
 from mafsil.report import write_law_report
-from mafsil.report.law_contents import law_page
-from mafsil.report.law_report import render_laws
+from mafsil.report.law_report import law_page, render_laws
 from tests.job.test_job_planning import planned
 from tests.page.node import needed
 from tests.report.test_report_browser import FLAGS

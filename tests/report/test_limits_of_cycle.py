@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from mafsil.job import Run
-from mafsil.job.judgement import summary
-from mafsil.job.limiting import DECIDES
+from mafsil.job.judging.judgement import summary
+from mafsil.job.planning.limiting import DECIDES
 from mafsil.report import contents
-from mafsil.report.limits import limit_plot
 from mafsil.report.results import as_data
+from mafsil.report.run_tables import limit_plot
 
 
 @pytest.mark.capability("11-47")

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from mafsil.job import Run
-from mafsil.job.judgement import summary
+from mafsil.job.judging.judgement import summary
 from mafsil.report import contents
-from mafsil.report.limits import limit_plot
 from mafsil.report.page import render
+from mafsil.report.run_tables import limit_plot
 from tests.page.node import needed
 
 FLAGS = (

@@ -13,7 +13,7 @@ import pytest
 
 from mafsil.errors import FileError
 from mafsil.job import Run, parse_job, solve_file
-from mafsil.job.judgement import summary
+from mafsil.job.judging.judgement import summary
 from mafsil.messages import LANGUAGES
 from mafsil.model import library
 from mafsil.report import contents, fragments

@@ -13,7 +13,7 @@ import pytest
 
 from mafsil.csv_table import read_csv_table
 from mafsil.job import Run
-from mafsil.job.limiting import most_used
+from mafsil.job.planning.limiting import most_used
 from mafsil.messages import say
 from mafsil.page import Session
 from mafsil.report import write_results

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mafsil.report.shelves import shelves
+from mafsil.report.touched import shelves
 from mafsil.scene import Body, Solid
 
 

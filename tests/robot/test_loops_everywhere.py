@@ -270,7 +270,7 @@ def test_laws_made_without_their_functions_refuse_too(fused: bool, palletiser: m
 
 
 def test_pictures_are_of_closed_loops(palletiser: mf.Robot, tmp_path: Path) -> None:
-    from mafsil.job.resting import resting_configuration
+    from mafsil.job.planning.resting import resting_configuration
 
     q = resting_configuration(palletiser.mechanism)
     assert ClosedChain(palletiser).error(q) < 1e-12

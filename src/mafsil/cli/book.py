@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import mafsil.book as book_of
 from mafsil.book.sheet import marks_csv, read_students
-from mafsil.cli.answer import Answer, Toned
-from mafsil.cli.numerals import count
-from mafsil.cli.picture import PLAIN, drawn, require_kind
+from mafsil.cli.answer import PLAIN, Answer, Toned, draw_picture, require_kind
+from mafsil.cli.state import count
 from mafsil.cli.table import table
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -42,7 +41,7 @@ def book(
     files: list[str] | None = None,
     out: str | None = None,
 ) -> Answer:
-    """One entry of the book explained, drawn or judged, sheets of exercises, or the numbers and titles of all.
+    """One entry of the book explained, draw_picture or judged, sheets of exercises, or the numbers and titles of all.
 
     Args:
         what: a section such as `4.2.3`, or one of KINDS; all entries if None.
@@ -67,14 +66,13 @@ def book(
     if picture is not None and (what != "figure" or number is None):
         raise InputError("cli.book_no_figure")
     drawn_from, difficulty = count("seed", seed or "0"), count("level", level or "1")
-    if what == "sheet":
-        return _sheets(number or "", drawn_from, difficulty, students, Path(out or "."), exam=exam)
-    if what == "marks":
-        return _marks(files or [], out)
-    if what == "find":
-        rows = [list(row) for row in book_of.find(number or "")]
-        refusal = None if rows else say("cli.book_not_found", words=number or "")
-        return Answer({"entries": rows}, tuple(_list_lines(rows)) if rows else (), refusal)
+    collections: dict[str, Callable[[], Answer]] = {
+        "sheet": lambda: _sheets(number or "", drawn_from, difficulty, students, Path(out or "."), exam=exam),
+        "marks": lambda: _marks(files or [], out),
+        "find": lambda: _find(number or ""),
+    }
+    if what in collections:
+        return collections[what]()
     if what is None or number is None:
         return _entries(what)
     if what == "exercise":
@@ -83,9 +81,14 @@ def book(
     lines = entry.explain().split("\n")
     if picture is not None:
         require_kind(picture, PLAIN)
-        drawn(book_of.figure(number).save, picture)
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(book_of.figure(number).save, picture, {}))
     return Answer(entry.to_dict(), tuple(lines))
+
+
+def _find(words: str) -> Answer:
+    rows = [list(row) for row in book_of.find(words)]
+    refusal = None if rows else say("cli.book_not_found", words=words)
+    return Answer({"entries": rows}, tuple(_list_lines(rows)) if rows else (), refusal)
 
 
 def _entries(what: str | None) -> Answer:

@@ -45,14 +45,7 @@ def families() -> dict[str, Questions]:
     q = np.array([0.1, -0.4, 0.3, -1.9, 0.2, 1.6, 0.5])
     panda = cache(lambda: mf.load("panda"))
     T = cache(lambda: panda().forward_kinematics(q))
-    table = (
-        (0.1, 0.9, 0.3),
-        (0.4, -0.7, 0.1),
-        (0.3, 1.2, -0.1),
-        (0.1, -1.1, 0.3),
-        (0.05, 0.8, 0.1),
-        (0.02, 0.4, 0.1),
-    )
+    table = ((0.1, 0.9, 0.3), (0.4, -0.7, 0.1), (0.3, 1.2, -0.1), (0.1, -1.1, 0.3), (0.05, 0.8, 0.1), (0.02, 0.4, 0.1))
     general = cache(lambda: mf.Robot.from_dh([mf.DHRow(a=a, alpha=alpha, d=d) for a, alpha, d in table], "classic"))
     T_general = cache(lambda: general().forward_kinematics(q[:6]))
     corners = ((0.5, 0, 0), (-0.5, 0.1, 0), (0, 0.7, 0.1), (0, -0.7, 0))

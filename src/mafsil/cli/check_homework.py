@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.cli.answer import Answer, Toned
-from mafsil.cli.numerals import coordinate, number
-from mafsil.cli.state import joint_values
+from mafsil.cli.state import coordinate, joint_values, number
 from mafsil.derivation import Review, check_dh, check_jacobian, check_screws
 from mafsil.derivation.check_jacobian import Kind
 from mafsil.errors import FileError, InputError

@@ -1,29 +1,32 @@
-"""`mafsil compare`: laws or planners side by side on a job, or its plan and the log of a controller."""
+"""`mafsil compare`: laws or planners on a job, or its plan and the log of a controller; `mafsil diff`: two results."""
 
 from __future__ import annotations
 
 import webbrowser
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from mafsil.cli.answer import Answer, Laid
-from mafsil.cli.numerals import count, number
-from mafsil.cli.progress import Progress
+from mafsil.cli.state import count, number
+from mafsil.cli.status_line import Progress
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
 from mafsil.figures import plot_search
 from mafsil.job import Job, Refusal
-from mafsil.job.law_bench import CONDITIONS, LawBench, bench_laws
-from mafsil.job.log_comparison import compare_with_log
-from mafsil.job.planner_queries import queries_of
-from mafsil.job.reading import parse_job
+from mafsil.job.judging.law_bench import CONDITIONS, LawBench, bench_laws
+from mafsil.job.judging.log_comparison import compare_with_log
+from mafsil.job.language.reading import parse_job
+from mafsil.job.language.text import text_of
+from mafsil.job.planning.joint_moves import queries_of
+from mafsil.job.planning.plan import Plan
 from mafsil.job.solve import prepare
-from mafsil.job.text import text_of
 from mafsil.messages import say
 from mafsil.planning import PLANNERS, Query, bench_planners, log_search
-from mafsil.report import write_law_report
+from mafsil.report import compare_results, write_law_report
 from mafsil.report.results import require_replaceable
+from mafsil.robot import Robot
 
 SEEDS, SECONDS = 3, 2.0
 
@@ -61,13 +64,13 @@ def compare(
         MafsilError: the job or the robot cannot be read, or do not fit each other; an unknown law or planner, options
             of the other kind.
     """
-    for name, given, kind in (
+    options = (
         ("laws", laws, "control"), ("planners", planners, "planners"), ("seeds", seeds, "planners"),
         ("seconds", seconds, "planners"), ("replay", replay, "planners"),
         ("out", out, "control"), ("open", open, "control"), ("log", log, "log"),
-    ):  # fmt: skip
-        if given and what != kind:
-            raise InputError("cli.compare_option", name=name, what=what)
+    )  # fmt: skip
+    if wrong := next((name for name, given, kind in options if given and what != kind), None):
+        raise InputError("cli.compare_option", name=wrong, what=what)
     searches = SEEDS if seeds is None else max(count("--seeds", seeds), 1)
     budget = SECONDS if seconds is None else number("--seconds", seconds)
     path, target = Path(job), _target(out, job, open=open)
@@ -78,24 +81,10 @@ def compare(
         if isinstance(planned, Refusal):
             return Answer(planned.to_dict(), refusal=planned.explain())
         if what == "log":
-            if log is None:
-                raise InputError("cli.compare_log_missing")
-            laid_over = compare_with_log(asked, *planned, log)
-            lines = laid_over.explain().split("\n")
-            kept, refusal = (lines, None) if laid_over else (lines[1:], lines[0])
-            return Answer(laid_over.to_dict(), tuple(kept), refusal)
+            return _compare_log(asked, *planned, log)
         if what == "planners":
             bar.enter("stage_planning")
-            queries = queries_of(planned[1])
-            found = bench_planners(queries, planners or (), seeds=range(searches), seconds=budget, progress=bar.update)
-            hardest = int(np.argmax(sum(each.nodes.mean(axis=1) for each in found)))
-            names = [] if found.interrupted else [each.planner for each in found]
-            pictures = _replay(queries[hardest], names, budget, replay)
-            head, rows = found.columns()
-            shown = ["", *(say(f"cli.compare_{name}") for name in head[1:])]
-            lines = [say("cli.compare_planners_table", moves=len(queries), seeds=len(found.seeds))]
-            lines += [*(Laid(line) for line in table(shown, rows)), *found.explain().splitlines(), *pictures]
-            return Answer({**found.to_dict(), "pictures": pictures}, tuple(lines), interrupted=found.interrupted)
+            return _compare_planners(planned[1], planners or (), searches, budget, replay, bar)
         bar.enter("stage_simulating")
         laid = bench_laws(asked, text, *planned, laws or None, bar.update)
     _, rows = laid.columns()
@@ -110,6 +99,31 @@ def compare(
         if open:
             webbrowser.open(report.as_uri())
     return Answer(data, tuple(lines))
+
+
+def _compare_log(job: Job, robot: Robot, plan: Plan, log: str | None) -> Answer:
+    """The plan of a job and what a controller logged."""
+    if log is None:
+        raise InputError("cli.compare_log_missing")
+    found = compare_with_log(job, robot, plan, log)
+    first, *rest = found.explain().split("\n")
+    return Answer(found.to_dict(), (first, *rest)) if found else Answer(found.to_dict(), tuple(rest), first)
+
+
+def _compare_planners(
+    plan: Plan, planners: Sequence[str], searches: int, budget: float, replay: str | None, bar: Progress
+) -> Answer:
+    """Planners on the moves of the joints among the obstacles of a job."""
+    queries = queries_of(plan)
+    found = bench_planners(queries, planners, seeds=range(searches), seconds=budget, progress=bar.update)
+    hardest = int(np.argmax(sum(each.nodes.mean(axis=1) for each in found)))
+    names = [] if found.interrupted else [each.planner for each in found]
+    pictures = _replay(queries[hardest], names, budget, replay)
+    head, rows = found.columns()
+    shown = ["", *(say(f"cli.compare_{name}") for name in head[1:])]
+    lines = [say("cli.compare_planners_table", moves=len(queries), seeds=len(found.seeds))]
+    lines += [*(Laid(line) for line in table(shown, rows)), *found.explain().splitlines(), *pictures]
+    return Answer({**found.to_dict(), "pictures": pictures}, tuple(lines), interrupted=found.interrupted)
 
 
 def _target(out: str | None, job: str, *, open: bool) -> Path | None:
@@ -141,3 +155,17 @@ def _replay(query: Query, planners: list[str], seconds: float, replay: str | Non
             plot_search(log_search(query, name, seconds=seconds), file)
             written.append(str(file))
     return written
+
+
+def diff(before: str, after: str) -> Answer:
+    """The differences between the results of two runs.
+
+    Args:
+        before: folder of the first, or its results.json.
+        after: of the second.
+
+    Raises:
+        FileError: one of them is no result of a run.
+    """
+    found = compare_results(before, after)
+    return Answer(found.to_dict(), tuple(found.explain().splitlines()))

@@ -8,9 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
-from mafsil.cli.answer import Answer
-from mafsil.cli.numerals import count, number
-from mafsil.cli.picture import PLAIN, drawn, require_kind
+from mafsil.cli.answer import PLAIN, Answer, draw_picture, require_kind
+from mafsil.cli.state import count, number
 from mafsil.design import (
     ArmDesign,
     Catalogue,
@@ -38,8 +37,8 @@ Reply: TypeAlias = tuple[dict[str, Any], list[str], bool, Robot]
 """Data, lines, whether the answer is yes, and the robot that `--out` writes."""
 TABLES = ("arm", "tasks", "tolerances", "costs", "search", "payload")
 TOLERANCES = tuple(Tolerances.__dataclass_fields__)
-PAGES = {"payload": "picture", "report": "page"}
-"""Questions whose `--out` is no robot, and what it is."""
+PAGES = ("payload", "report")
+"""Questions whose `--out` is no robot, but a picture or a page."""
 SAMPLES = 10_000
 """Arms with drawn errors that the first order is held against."""
 
@@ -128,10 +127,7 @@ def design(
         require_kind(out, PLAIN)
     given = _File(file, tables, arm.at(**chosen), 0 if seed is None else count("--seed", seed), catalogue, out)
     data, lines, answer, robot = QUESTIONS[what](given, arm)
-    if out is not None and what in PAGES:
-        data[PAGES[what]] = out
-        lines.append(say(f"cli.{PAGES[what]}_written", path=out))
-    elif out is not None:
+    if out is not None and what not in PAGES:
         save(robot.mechanism, Path(out))
         data["out"] = out
         lines.append(say("cli.design_written", path=out))
@@ -217,11 +213,12 @@ def _payload(given: _File, arm: ParametricArm) -> Reply:
     """What it holds over the slice of `[payload]`, and a picture of it."""
     entries = _known(given, "payload", ("plane", "at", "cell", "rpy", "centre"))
     held = payload_map(given.design, **entries)
+    reply = _shown(held, given.design.robot)
     if given.out is not None:
         from mafsil.figures.workspace_slice import plot_payload_map
 
-        drawn(lambda path: plot_payload_map(held, path), given.out)
-    return _shown(held, given.design.robot)
+        reply[1].append(draw_picture(lambda path: plot_payload_map(held, path), given.out, reply[0]))
+    return reply
 
 
 def _report(given: _File, arm: ParametricArm) -> Reply:
@@ -234,7 +231,8 @@ def _report(given: _File, arm: ParametricArm) -> Reply:
     tolerances = Tolerances(**_known(given, "tolerances")) if "tolerances" in given.tables else None
     errors = [] if tolerances is None else [accuracy(given.design, q, tolerances, payload=payload) for q in judged.q]
     write_design(judged, given.tasks, given.out, tolerances=tolerances, errors=errors)
-    return _shown(judged, given.design.robot)
+    data, lines, answer, robot = _shown(judged, given.design.robot)
+    return data | {"page": given.out}, [*lines, say("cli.page_written", path=given.out)], answer, robot
 
 
 def _known(given: _File, name: str, known: tuple[str, ...] = TOLERANCES) -> dict[str, Any]:

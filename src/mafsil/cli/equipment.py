@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import pi
 from os import PathLike
@@ -10,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import frozen
-from mafsil.cli.numerals import coordinate, number
+from mafsil.cli.motion_input import typed_pose
 from mafsil.cli.registry import ROBOT_OPTIONS
-from mafsil.cli.typed_pose import typed_pose
+from mafsil.cli.state import coordinate, number
 from mafsil.errors import InputError
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotFile
@@ -40,12 +41,7 @@ def equip_robot(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
     T_tool = None if tool is None else typed_pose("tool", tool, degrees=degrees)
 
     def equip(mechanism: Mechanism) -> Mechanism:
-        kinds = {joint.name: joint.kind for joint in mechanism.joints}
-        values = {
-            name: value * pi / 180 if degrees and not marked and kinds.get(name) is not JointKind.PRISMATIC else value
-            for name, (value, marked) in locked.items()
-        }
-        ready = mechanism.with_locked_joints(values) if values else mechanism
+        ready = mechanism.with_locked_joints(_in_radians(locked, mechanism, degrees=degrees)) if locked else mechanism
         ready = ready if T_sb is None else replace(ready, T_sb=T_sb)
         ready = ready if g is None else ready.with_gravity(g)
         ready = ready if T_tool is None else ready.with_tool(T_tool)
@@ -56,6 +52,15 @@ def equip_robot(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
 
 def _coordinate(name: str, word: str) -> tuple[float, bool]:
     return coordinate(f"lock[{name}]", word)
+
+
+def _in_radians(locked: Mapping[str, tuple[float, bool]], mechanism: Mechanism, *, degrees: bool) -> dict[str, float]:
+    """Coordinates of locked joints; bare numbers of those that turn are degrees, where that is said."""
+    kinds = {joint.name: joint.kind for joint in mechanism.joints}
+    return {
+        name: value * pi / 180 if degrees and not marked and kinds.get(name) is not JointKind.PRISMATIC else value
+        for name, (value, marked) in locked.items()
+    }
 
 
 def _pairs(words: list[str] | tuple[()], key: str) -> list[tuple[str, str]]:

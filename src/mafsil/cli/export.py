@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, cast
 
 from mafsil.cli.answer import Answer
-from mafsil.cli.details import details
+from mafsil.cli.table import details
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import language, say

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.cli.answer import Answer, Toned
-from mafsil.cli.numerals import number as typed
-from mafsil.cli.progress import Progress
+from mafsil.cli.answer import Answer, Toned, draw_picture
+from mafsil.cli.state import number as typed
+from mafsil.cli.status_line import Progress
 from mafsil.cli.table import number, table
-from mafsil.errors import FileError, InputError
+from mafsil.cli.tolerances import SAME_QUALITY
+from mafsil.errors import InputError
 from mafsil.grasp import ClearanceMotion, Grasp, GraspPlan, GraspQuality, plan_grasps
 from mafsil.grasp.closure import Closure, vector
 from mafsil.grasp.closure_methods import eliminate
@@ -112,8 +113,7 @@ def _plan(file: str, options: dict[str, Any], picture: str | None) -> Answer:
     if rows:
         lines += [say("grasp.plan_head", name=Path(file).name), *table(head, rows)]
     if picture is not None and found.grasps:
-        _draw(partial(_plan_picture, found), Path(picture))
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(partial(_plan_picture, found), picture, {}))
     return Answer(found.to_dict(), tuple(lines), None if found.grasps else found.explain())
 
 
@@ -150,9 +150,7 @@ def _judge(file: str, facets: str | int | None, steps: bool, picture: str | None
     if steps:
         lines += [say("grasp.steps"), *("  " + line for line in eliminate(grasp_.matrix(edges or 16)).lines())]
     if picture is not None:
-        _draw(partial(_picture, given, found), Path(picture))
-        data["picture"] = picture
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(partial(_picture, given, found), picture, data))
     refusal = forces.explain() if forces is not None and not forces.holds else None
     if refusal is None and not found.force_closure:
         refusal = found.explain()
@@ -193,7 +191,7 @@ def _clearance_lines(found: ClearanceMotion) -> list[str]:
 def _verdict(grasp: Grasp, found: Closure, quality: GraspQuality | None, request: _Request) -> list[str]:
     lines: list[str] = [Toned(found.explain(), "good" if found.force_closure else "bad")]
     if quality is not None:
-        exact = quality.upper <= quality.epsilon * (1 + 1e-9)
+        exact = quality.upper <= quality.epsilon * (1 + SAME_QUALITY)
         key = "grasp.quality" if exact else "grasp.quality_between" if quality.converged else "grasp.quality_gap"
         point = vector(np.zeros(grasp.dimension) if request.about is None else np.array(request.about))
         lines.append(say(key, epsilon=quality.epsilon, upper=quality.upper, length=request.length, point=point))
@@ -219,10 +217,3 @@ def _picture(given: GraspFile, found: Closure, path: Path) -> None:
         save_free_motions(given.grasp, path, outline=given.outline)
     else:
         save_grasp(given.grasp, path, closure=found, outline=given.outline, body=given.body)
-
-
-def _draw(task: Callable[[Path], None], path: Path) -> None:
-    try:
-        task(path)
-    except OSError as error:
-        raise FileError("file.cannot_write", path=str(path), reason=error.strerror or str(error)) from None

@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.cli.answer import Answer
-from mafsil.cli.loops import require_open_chain
-from mafsil.cli.numerals import number
-from mafsil.cli.state import units
+from mafsil.cli.state import number, require_open_chain, units
 from mafsil.cli.table import brief, table
 from mafsil.errors import FileError, InputError
 from mafsil.identification import Identification, Payload, estimate_payload, read_log

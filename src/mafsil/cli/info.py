@@ -16,10 +16,9 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer, Toned
-from mafsil.cli.details import details
 from mafsil.cli.export import checks as export_checks
-from mafsil.cli.progress import Progress
-from mafsil.cli.table import table
+from mafsil.cli.status_line import Progress
+from mafsil.cli.table import details, table
 from mafsil.messages import language, say
 
 if TYPE_CHECKING:
@@ -49,10 +48,7 @@ def info(export_check: bool = False, build: bool = False) -> Answer:
     failed = [check["name"] for check in checks if not check["ok"]]
     data = {"packages": packages, "machine": machine, "settings": settings, "cache": cache, "checks": checks}
     data |= {"built": built, "missing": missing, "ok": not missing and not failed}
-    lines = [
-        say("cli.info_packages"),
-        *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:],
-    ]
+    lines = [say("cli.info_packages"), *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:]]
     lines += ["", say("cli.info_machine"), *details(machine)]
     lines += ["", say("cli.info_settings"), *details(settings)]
     lines += ["", say("cli.info_cache")]

@@ -1,17 +1,24 @@
-"""`mafsil lint`: what is wrong or looks wrong in a robot description, and a corrected file."""
+"""`mafsil lint`: what looks wrong in a robot description; `mafsil verify`: its routines against independent methods."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import cast
 
-from mafsil.cli.answer import Answer, Toned
-from mafsil.cli.colour import Tone
+from mafsil.cli.answer import Answer, Tone, Toned
+from mafsil.cli.state import count
+from mafsil.cli.table import table
 from mafsil.messages import say
 from mafsil.model.diagnostics import Diagnostic, Report, Severity
 from mafsil.model.file_reader import Change
 from mafsil.model.lint import lint as linted
 from mafsil.model.lint import repair
+from mafsil.robot import load
+from mafsil.verification import verify as verified
+from mafsil.verification.verify import Peer
 from mafsil.whole_file import write_whole
+
+STATES = 8
 
 
 def lint(robot: str, fix: str | None, only: list[str] | None = None) -> Answer:
@@ -69,3 +76,29 @@ def _change(path: str, changes: tuple[Change, ...]) -> list[str]:
     if not changes:
         return [say("lint.nothing_fixed", path=path)]
     return [say("lint.fixed", path=path, count=len(changes)), *(f"  {change.sentence()}" for change in changes)]
+
+
+def verify(robot: str, tip: str | None, against: list[str] | None, states: str | None, seed: str | None) -> Answer:
+    """A table of routines, methods and errors.
+
+    Args:
+        robot: name or file.
+        tip: another tip link.
+        against: peers that are installed, `pinocchio`, `mujoco` or both.
+        states: how many random states, as typed; 8 if None.
+        seed: of the states, as typed; 0 if None.
+
+    Raises:
+        MafsilError: no such robot, no such peer.
+    """
+    peers = cast("list[Peer]", against or [])
+    report = verified(
+        load(robot, tip=tip),
+        peers,
+        states=STATES if states is None else count("states", states),
+        seed=0 if seed is None else count("seed", seed),
+    )
+    head = [say(f"verification.{name}") for name in ("routine", "method", "error", "limit", "verdict")]
+    first, *rest = report.explain().split("\n")
+    lines = [*table(head, report.table()), "", Toned(first, "good" if report else "bad"), *rest]
+    return Answer(report.to_dict(), tuple(lines), None if report else first)

@@ -13,8 +13,7 @@ from shutil import get_terminal_size
 from typing import Any, cast
 
 from mafsil import __version__
-from mafsil.cli.answer import Answer, Laid, tone_of
-from mafsil.cli.colour import Tone, allow_colours, paint
+from mafsil.cli.answer import Answer, Laid, Tone, allow_colours, paint, tone_of
 from mafsil.errors import FileError, InputError, JobError, MafsilError, ModelError
 from mafsil.messages import LANGUAGES, clauses, in_line, language, say
 from mafsil.messages.tables import wrap_line
@@ -78,11 +77,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     _choose_language(words)
-    from mafsil.cli.parser import parser
+    from mafsil.cli.parser import as_files, parser, put_options_first
     from mafsil.cli.registry import COMMON, operation
-    from mafsil.cli.standard_input import as_files
     from mafsil.cli.status_line import LINE
-    from mafsil.cli.words import put_options_first
 
     grammar = parser(__version__, words)
     try:
@@ -113,7 +110,7 @@ def _notices(words: list[str]) -> AbstractContextManager[None]:
     """What the package tells its logger about work of seconds, shown where somebody watches."""
     if not (sys.stderr.isatty() or "--progress" in words):
         return nullcontext()
-    from mafsil.cli.notices import shown
+    from mafsil.cli.status_line import shown
 
     return shown(lambda sentence: _complain(sentence, "plain"))
 

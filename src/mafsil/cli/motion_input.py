@@ -1,4 +1,4 @@
-"""A rotation or pose as typed on the command line, in any representation, checked."""
+"""A rotation or pose as people type it, in any representation, checked."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.algebra.tolerance import PRINTED, PRINTED_UNIT, ROTATION, UNIT
 from mafsil.arrays import Floats, PoseMatrix
-from mafsil.cli.numerals import angle, coordinate
+from mafsil.cli.state import angle, coordinate, number
 from mafsil.errors import InputError
 from mafsil.geometry import euler, membership, planar, pose, quaternion, rotation, screw
 
@@ -200,3 +200,34 @@ _READERS: dict[str, Callable[[_Words], Motion]] = {
     "--screw": _screw,
     "--planar": _planar,
 }
+PLACES = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+def typed_pose(name: str, words: list[str], *, degrees: bool) -> PoseMatrix:
+    """(4, 4) from x y z [m] and perhaps roll pitch yaw about fixed axes or a quaternion w x y z; or 12 or 16 numbers.
+
+    Args:
+        name: of the argument, for errors.
+        words: as typed.
+        degrees: whether bare angles are degrees.
+
+    Raises:
+        InputError: not 3, 6, 7, 12 or 16 finite numbers, or no rotation.
+    """
+    if len(words) == 7:
+        return read({"quaternion": words[3:]}, words[:3], degrees=False, project=False).T
+    if len(words) in (12, 16):
+        return read({"pose": words}, None, degrees=False, project=False).T
+    if len(words) not in (3, 6):
+        raise InputError("cli.ik_pose_count", name=name, got=len(words))
+    values = [number(f"{name}[{place}]", word) for place, word in zip(PLACES[:3], words[:3], strict=True)]
+    for place, word in zip(PLACES[3:], words[3:], strict=False):
+        values.append(angle(f"{name}[{place}]", word, degrees=degrees))
+    for place, value in zip(PLACES, values, strict=False):
+        if not np.isfinite(value):
+            raise InputError("input.finite", name=name, value=value, index=place)
+    T = np.eye(4)
+    T[:3, 3] = values[:3]
+    if len(values) == 6:
+        T[:3, :3] = rotation.from_rpy(np.array(values[3:]))
+    return T

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.cli.answer import Answer
-from mafsil.cli.numerals import coordinate
-from mafsil.cli.numerals import number as typed
-from mafsil.cli.parallel_kinds import ANGLES, Asked, wrap_robot
+from mafsil.cli.answer import Answer, draw_picture
+from mafsil.cli.parallel_kinds import ANGLES, ParallelCommand, wrap_robot
+from mafsil.cli.state import coordinate
+from mafsil.cli.state import number as typed
 from mafsil.cli.table import number, table
-from mafsil.errors import FileError, InputError
+from mafsil.errors import InputError
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
 from mafsil.parallel.robot_file import read_parallel
@@ -69,7 +69,7 @@ def _typed(name: str, words: Sequence[str], places: tuple[str, ...], degrees: bo
     return np.array(found)
 
 
-def _at_pose(robot: Asked, x: Floats, F: Floats | None, picture: str | None) -> Answer:
+def _at_pose(robot: ParallelCommand, x: Floats, F: Floats | None, picture: str | None) -> Answer:
     motors = robot.motors(x)
     unit, scale = ("deg", float(np.degrees(1.0))) if robot.rotary else ("m", 1.0)
     head = (say("cli.parallel_motor"), *(f"{k + 1} [{unit}]" for k in range(motors.shape[1])))
@@ -99,7 +99,7 @@ def _at_pose(robot: Asked, x: Floats, F: Floats | None, picture: str | None) -> 
     return Answer(data, tuple(lines), refusal)
 
 
-def _efforts(robot: Asked, x: Floats, F: Floats, data: dict[str, Any], lines: list[str]) -> str | None:
+def _efforts(robot: ParallelCommand, x: Floats, F: Floats, data: dict[str, Any], lines: list[str]) -> str | None:
     """Add the efforts; why the load cannot be carried, or None."""
     held, efforts = robot.efforts(x, F)
     data["efforts"] = efforts
@@ -112,7 +112,7 @@ def _efforts(robot: Asked, x: Floats, F: Floats, data: dict[str, Any], lines: li
     return None if held else held.explain()
 
 
-def _for_motors(robot: Asked, motors: Floats, ways: bool, picture: str | None) -> Answer:
+def _for_motors(robot: ParallelCommand, motors: Floats, ways: bool, picture: str | None) -> Answer:
     found, poses = robot.poses(motors)
     data: dict[str, Any] = {"motors": motors, "poses": poses}
     lines: list[str] = []
@@ -132,7 +132,7 @@ def _for_motors(robot: Asked, motors: Floats, ways: bool, picture: str | None) -
     return Answer(data, tuple(lines))
 
 
-def _ways(robot: Asked, poses: Floats, data: dict[str, Any], lines: list[str]) -> None:
+def _ways(robot: ParallelCommand, poses: Floats, data: dict[str, Any], lines: list[str]) -> None:
     """Add which pairs of poses are joined."""
     every: list[dict[str, Any]] = []
     for (i, x), (j, y) in combinations(enumerate(poses, start=1), 2):
@@ -152,13 +152,7 @@ def _cell(value: float) -> str:
     return number(float(value)) if np.isfinite(value) else "-"
 
 
-def _picture(robot: Asked, x: Floats, picture: str | None, data: dict[str, Any], lines: list[str]) -> None:
+def _picture(robot: ParallelCommand, x: Floats, picture: str | None, data: dict[str, Any], lines: list[str]) -> None:
     """Draw into a file, if one is asked for, and say so."""
-    if picture is None:
-        return
-    try:
-        robot.draw(x, str(picture_file(picture)))
-    except OSError as error:
-        raise FileError("file.cannot_write", path=picture, reason=error.strerror or str(error)) from None
-    data["picture"] = picture
-    lines.append(say("cli.picture_written", path=picture))
+    if picture is not None:
+        lines.append(draw_picture(lambda path: robot.draw(x, str(picture_file(path))), picture, data))

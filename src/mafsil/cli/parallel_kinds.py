@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from mafsil.arrays import Floats
@@ -23,7 +26,7 @@ from mafsil.parallel import (
 )
 from mafsil.parallel.cables import CablePoses, CableTensions
 from mafsil.parallel.legs import LegDrive, PlatformMotion, RodPoses
-from mafsil.parallel.planar import MotorAngles, PlanarPoses
+from mafsil.parallel.planar import PlanarPoses
 from mafsil.parallel.platforms import ModePath, NearestSingularity, PlatformModes, PlatformPoints
 from mafsil.parallel.robot_file import ParallelRobot
 
@@ -36,7 +39,7 @@ SPATIAL_WRENCH = ("mx", "my", "mz", "fx", "fy", "fz")
 PLANAR_WRENCH = ("mz", "fx", "fy")
 
 
-class Asked:
+class ParallelCommand:
     """A robot of one kind; what a kind does not answer is None.
 
     Attributes:
@@ -88,39 +91,51 @@ class Asked:
         raise InputError("cli.parallel_no_picture")
 
 
-class AskedStewart(Asked):
-    """A platform on six legs."""
+class LegsCommand(ParallelCommand):
+    """A platform on legs that change their lengths.
 
-    count = 6
+    Args:
+        robot: in space or in the plane.
+    """
 
-    def __init__(self, robot: StewartPlatform) -> None:
+    def __init__(self, robot: StewartPlatform | PlanarThreeRPR) -> None:
         self.robot = robot
 
     def motors(self, x: Floats) -> Floats:
         """One length each."""
-        return self.robot.lengths(matrix(x))[:, None]
+        return self.robot.lengths(self._own(x))[:, None]
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """Of the second kind, if any."""
+        return self.robot.singularity(self._own(x))
+
+    def nearest(self, x: Floats) -> NearestSingularity | None:
+        """By searches."""
+        return nearest_singularity(self.robot, self._own(x))
+
+    def way(self, x: Floats, y: Floats) -> ModePath | None:
+        """By random trees."""
+        return mode_path(self.robot, self._own(x), self._own(y))
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """Forces of the legs."""
+        return None, self.robot.leg_forces(self._own(x), F)
+
+    def _own(self, x: Floats) -> Floats:
+        """A pose as the robot takes it."""
+        return x
+
+
+class StewartCommand(LegsCommand):
+    """A platform on six legs."""
+
+    count = 6
+    robot: StewartPlatform
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """All assembly modes."""
         found = self.robot.forward_kinematics(motors)
-        T = found.T[: int(found.count)]
-        return found, np.concatenate([T[..., :3, 3], rotation.to_rpy(T[..., :3, :3])], axis=-1)
-
-    def singularity(self, x: Floats) -> SingularKinds | None:
-        """Of the second kind, if any."""
-        return self.robot.singularity(matrix(x))
-
-    def nearest(self, x: Floats) -> NearestSingularity | None:
-        """By searches."""
-        return nearest_singularity(self.robot, matrix(x))
-
-    def way(self, x: Floats, y: Floats) -> ModePath | None:
-        """By random trees."""
-        return mode_path(self.robot, matrix(x), matrix(y))
-
-    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
-        """Forces of the legs."""
-        return None, self.robot.leg_forces(matrix(x), F)
+        return found, numbers(found.T[: int(found.count)])
 
     def draw(self, x: Floats, path: str) -> None:
         """In space."""
@@ -128,39 +143,20 @@ class AskedStewart(Asked):
 
         plot_platform(self.robot, matrix(x), path)
 
+    def _own(self, x: Floats) -> Floats:
+        return matrix(x)
 
-class AskedThreeRPR(Asked):
+
+class ThreeRPRCommand(LegsCommand):
     """A planar platform on three sliders."""
 
     pose, wrench = PLANAR, PLANAR_WRENCH
-
-    def __init__(self, robot: PlanarThreeRPR) -> None:
-        self.robot = robot
-
-    def motors(self, x: Floats) -> Floats:
-        """One length each."""
-        return self.robot.lengths(x)[:, None]
+    robot: PlanarThreeRPR
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """All, by the sextic."""
         found = self.robot.forward_kinematics(motors)
         return found, found.x[: int(found.count)]
-
-    def singularity(self, x: Floats) -> SingularKinds | None:
-        """Of the second kind, if any."""
-        return self.robot.singularity(x)
-
-    def nearest(self, x: Floats) -> NearestSingularity | None:
-        """By searches."""
-        return nearest_singularity(self.robot, x)
-
-    def way(self, x: Floats, y: Floats) -> ModePath | None:
-        """By random trees."""
-        return mode_path(self.robot, x, y)
-
-    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
-        """Forces of the legs."""
-        return None, self.robot.leg_forces(x, F)
 
     def draw(self, x: Floats, path: str) -> None:
         """In the plane."""
@@ -169,26 +165,37 @@ class AskedThreeRPR(Asked):
         plot_planar_platform(self.robot, x, path)
 
 
-class AskedThreeRRR(Asked):
-    """A planar platform on three cranks."""
+class CranksCommand(ParallelCommand):
+    """A platform on cranks with rods; a motor has two angles for a pose.
 
-    pose, wrench, rotary = PLANAR, PLANAR_WRENCH, True
+    Args:
+        robot: of which the angles of one motor are known from those of no other.
+    """
 
-    def __init__(self, robot: PlanarThreeRRR) -> None:
+    rotary = True
+
+    def __init__(self, robot: PlanarThreeRRR | DeltaRobot | FiveBar) -> None:
         self.robot = robot
 
     def motors(self, x: Floats) -> Floats:
-        """Two angles each."""
-        return fitting(self.robot.inverse_kinematics(x))
+        """Two angles each: the knee outside, or the elbow left of the line to the point, first."""
+        return self.robot.inverse_kinematics(x).q
+
+    def misfit(self, x: Floats) -> Floats | None:
+        """Of the rods."""
+        return self.robot.inverse_kinematics(x).misfit
+
+
+class ThreeRRRCommand(CranksCommand):
+    """A planar platform on three cranks."""
+
+    pose, wrench = PLANAR, PLANAR_WRENCH
+    robot: PlanarThreeRRR
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """All, by the sextic."""
         found = self.robot.forward_kinematics(motors)
         return found, found.x[: int(found.count)]
-
-    def misfit(self, x: Floats) -> Floats | None:
-        """Of the rods."""
-        return self.robot.inverse_kinematics(x).misfit
 
     def singularity(self, x: Floats) -> SingularKinds | None:
         """Of any kind."""
@@ -199,26 +206,16 @@ class AskedThreeRRR(Asked):
         return None, self.robot.torques(x, self.motors(x)[:, 0], F)
 
 
-class AskedDelta(Asked):
+class DeltaCommand(CranksCommand):
     """A Delta robot."""
 
-    pose, wrench, rotary = SPATIAL[:3], SPATIAL_WRENCH[3:], True
-
-    def __init__(self, robot: DeltaRobot) -> None:
-        self.robot = robot
-
-    def motors(self, x: Floats) -> Floats:
-        """Two angles each, the knee outside first."""
-        return fitting(self.robot.inverse_kinematics(x))
+    pose, wrench = SPATIAL[:3], SPATIAL_WRENCH[3:]
+    robot: DeltaRobot
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """Both places."""
         found = self.robot.forward_kinematics(motors)
         return found, np.array(list(found)).reshape(-1, 3)
-
-    def misfit(self, x: Floats) -> Floats | None:
-        """Of the rods."""
-        return self.robot.inverse_kinematics(x).misfit
 
     def singularity(self, x: Floats) -> SingularKinds | None:
         """Of any kind."""
@@ -235,26 +232,16 @@ class AskedDelta(Asked):
         plot_delta(self.robot, self.motors(x)[:, 0], path)
 
 
-class AskedFiveBar(Asked):
+class FiveBarCommand(CranksCommand):
     """A five-bar with motors at both ground pivots."""
 
-    pose, wrench, rotary, count = PLANAR[:2], PLANAR_WRENCH[1:], True, 2
-
-    def __init__(self, robot: FiveBar) -> None:
-        self.robot = robot
-
-    def motors(self, x: Floats) -> Floats:
-        """Two angles each; the elbow left of the line to the point first."""
-        return fitting(self.robot.inverse_kinematics(x))
+    pose, wrench, count = PLANAR[:2], PLANAR_WRENCH[1:], 2
+    robot: FiveBar
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """Both places."""
         found = self.robot.forward_kinematics(motors)
         return found, np.array(list(found)).reshape(-1, 2)
-
-    def misfit(self, x: Floats) -> Floats | None:
-        """Of the rods."""
-        return self.robot.inverse_kinematics(x).misfit
 
     def singularity(self, x: Floats) -> SingularKinds | None:
         """Of any kind, with the cranks outside."""
@@ -277,7 +264,7 @@ class AskedFiveBar(Asked):
         return np.array([alpha[0], beta[1]])
 
 
-class AskedCables(Asked):
+class CablesCommand(ParallelCommand):
     """A platform in cables, in space."""
 
     def __init__(self, robot: CableRobot) -> None:
@@ -303,10 +290,10 @@ class AskedCables(Asked):
         return matrix(x)
 
     def _typed(self, x: Floats) -> Floats:
-        return np.concatenate([x[:3, 3], rotation.to_rpy(x[:3, :3])])
+        return numbers(x)
 
 
-class AskedPlanarCables(AskedCables):
+class PlanarCablesCommand(CablesCommand):
     """A platform in cables, in the plane."""
 
     pose, wrench = PLANAR, PLANAR_WRENCH
@@ -318,7 +305,7 @@ class AskedPlanarCables(AskedCables):
         return x
 
 
-class AskedRods(Asked):
+class RodsCommand(ParallelCommand):
     """A platform on rods."""
 
     def __init__(self, robot: RodRobot) -> None:
@@ -327,15 +314,13 @@ class AskedRods(Asked):
 
     def motors(self, x: Floats) -> Floats:
         """Both coordinates of each."""
-        return fitting(self.robot.inverse_kinematics(self._own(x)))
+        return self.robot.inverse_kinematics(self._own(x)).q
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """All of them."""
         found = self.robot.forward_kinematics(motors)
         T = found.T[: int(found.count)]
-        if self.pose is SPATIAL:
-            return found, np.concatenate([T[..., :3, 3], rotation.to_rpy(T[..., :3, :3])], axis=-1)
-        return found, self.robot.coordinates(T)
+        return found, numbers(T) if self.pose is SPATIAL else self.robot.coordinates(T)
 
     def misfit(self, x: Floats) -> Floats | None:
         """Of the rods."""
@@ -363,23 +348,22 @@ ON_RODS = {
 """Names of the numbers of poses and of loads, by what the platform does."""
 
 
-def wrap_robot(robot: ParallelRobot) -> Asked:
+COMMANDS: dict[type[ParallelRobot], Callable[[Any], ParallelCommand]] = {
+    StewartPlatform: StewartCommand,
+    PlanarThreeRPR: ThreeRPRCommand,
+    PlanarThreeRRR: ThreeRRRCommand,
+    DeltaRobot: DeltaCommand,
+    FiveBar: FiveBarCommand,
+    CableRobot: CablesCommand,
+    RodRobot: RodsCommand,
+}
+
+
+def wrap_robot(robot: ParallelRobot) -> ParallelCommand:
     """A robot with the questions of the command."""
-    match robot:
-        case StewartPlatform():
-            return AskedStewart(robot)
-        case PlanarThreeRPR():
-            return AskedThreeRPR(robot)
-        case PlanarThreeRRR():
-            return AskedThreeRRR(robot)
-        case DeltaRobot():
-            return AskedDelta(robot)
-        case FiveBar():
-            return AskedFiveBar(robot)
-        case CableRobot():
-            return AskedPlanarCables(robot) if robot.planar else AskedCables(robot)
-        case RodRobot():
-            return AskedRods(robot)
+    if isinstance(robot, CableRobot) and robot.planar:
+        return PlanarCablesCommand(robot)
+    return COMMANDS[type(robot)](robot)
 
 
 def matrix(x: Floats) -> Floats:
@@ -387,6 +371,6 @@ def matrix(x: Floats) -> Floats:
     return pose.from_rotation_translation(rotation.from_rpy(x[3:]), x[:3])
 
 
-def fitting(found: MotorAngles) -> Floats:
-    """(m, 2) angles of the motors, those at which the rod comes nearest where it does not fit."""
-    return found.q
+def numbers(T: Floats) -> Floats:
+    """(*batch, 6) x, y, z, roll, pitch, yaw from poses (*batch, 4, 4)."""
+    return np.concatenate([T[..., :3, 3], rotation.to_rpy(T[..., :3, :3])], axis=-1)

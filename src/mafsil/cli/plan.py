@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix, single
-from mafsil.cli import numerals
+from mafsil.cli import state
 from mafsil.cli.answer import Answer, Laid, Toned
-from mafsil.cli.numerals import count, number
-from mafsil.cli.state import degrees_remarks, joint_values, shown, unit
+from mafsil.cli.motion_input import PLACES, typed_pose
+from mafsil.cli.state import count, degrees_remarks, joint_values, number, shown, unit
 from mafsil.cli.table import brief, table
-from mafsil.cli.typed_pose import PLACES, typed_pose
 from mafsil.collision import Checker, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
@@ -29,11 +28,11 @@ from mafsil.planning import plan as plan_path
 from mafsil.robot import Robot, load
 
 if TYPE_CHECKING:
-    import mafsil.job.surroundings as surroundings
+    import mafsil.job.planning.surroundings as surroundings
     import mafsil.trajectory as trajectory
     from mafsil.planning import ArmPlan
 else:
-    surroundings = lazily("mafsil.job.surroundings")
+    surroundings = lazily("mafsil.job.planning.surroundings")
     trajectory = lazily("mafsil.trajectory")
 
 Goal: TypeAlias = JointVector | PoseMatrix | Pose | GoalRegion
@@ -112,14 +111,22 @@ def plan(
         checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget, constraints=keep,
         active_joints=active_joints or None,
     )  # fmt: skip
-    data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
     typed = [words for words in (start, *rows_of(goal, arm.n)) if words]
     hints = [hint for words in typed for hint in degrees_remarks(words, arm.mechanism, degrees=degrees)]
     if not found:
-        return Answer(data, (), "\n".join([found.explain(), *dict.fromkeys(hints)]))
+        refusal = "\n".join([found.explain(), *dict.fromkeys(hints)])
+        return Answer({"robot": arm.name, **found.to_dict()}, (), refusal)
+    return _answer(arm, found, None if free is None else checker, out, list(dict.fromkeys(hints)), degrees=degrees)
+
+
+def _answer(
+    arm: Robot, found: ArmPlan, checker: Checker | None, out: str | None, hints: list[str], *, degrees: bool
+) -> Answer:
+    """A path that was found: its points, what was not checked of the arm, where it is nearest, its file."""
+    data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
     first, *rest = found.explain().splitlines()
-    lines = [Toned(first, "good"), *rest, *_points(arm, found, degrees=degrees), *dict.fromkeys(hints)]
-    if free is not None:
+    lines = [Toned(first, "good"), *rest, *_points(arm, found, degrees=degrees), *hints]
+    if checker is not None:
         data["not_checked"] = [(each.first, each.second) for each in checker.resting]
         names = f" ({', '.join(map(str, checker.resting))})" if checker.resting else ""
         lines.append(say("collision.skipped_rest", count=len(checker.resting), names=names))
@@ -203,7 +210,7 @@ def typed_goal(
     if box or angle is not None:
         sizes = [number(f"--box[{k}]", word) for k, word in enumerate(box or ["0"])]
         room = sizes[0] if len(sizes) == 1 else single("box", sizes, (3,))
-        turn = 0.0 if angle is None else numerals.angle("--angle", angle, degrees=degrees)
+        turn = 0.0 if angle is None else state.angle("--angle", angle, degrees=degrees)
         return GoalRegion(poses[0], box=room, angle=turn)
     # An array of four rows could be four configurations of an arm with four joints.
     return Pose(poses[0]) if len(poses) == 1 else np.stack(poses)
@@ -226,7 +233,7 @@ def typed_constraints(
     """
     found = list[Kept]()
     if upright is not None:
-        found.append(Upright(numerals.angle("--upright", upright, degrees=degrees)))
+        found.append(Upright(state.angle("--upright", upright, degrees=degrees)))
     if orientation:
         found.append(FixedOrientation())
     if line:

@@ -1,4 +1,4 @@
-"""`mafsil run`, `mafsil demo`: a job solved end to end; `mafsil check-job`: planned only."""
+"""`mafsil run`, `mafsil demo`: a job solved end to end; `mafsil check-job`: planned only; `mafsil sweep`: often."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
-from mafsil.cli.answer import Answer, Laid, Toned
-from mafsil.cli.colour import Tone
-from mafsil.cli.numerals import count, typed_value
-from mafsil.cli.progress import Progress
+from mafsil.cli.answer import Answer, Laid, Tone, Toned
+from mafsil.cli.state import count, typed_value
+from mafsil.cli.status_line import Progress
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
 from mafsil.job import Job, Refusal, Run, solve
-from mafsil.job.cell_signals import assignments, conditions
-from mafsil.job.holding import overload_remarks, planned_overloads
-from mafsil.job.judgement import late_pushes, summary
-from mafsil.job.plan import Leg
-from mafsil.job.reading import parse_job
+from mafsil.job.driving.run import SHARES
+from mafsil.job.judging.holding import overload_remarks, planned_overloads
+from mafsil.job.judging.judgement import late_pushes, summary
+from mafsil.job.judging.symptoms import joint_quantity
+from mafsil.job.language.reading import parse_job
+from mafsil.job.language.text import text_of
+from mafsil.job.planning.cell_signals import assignments, conditions
+from mafsil.job.planning.plan import Leg
+from mafsil.job.planning.ros_program import program_for
 from mafsil.job.remark import Remark
-from mafsil.job.ros_program import program_for
 from mafsil.job.solve import prepare, simulated_by, with_runs
-from mafsil.job.symptoms import joint_quantity
-from mafsil.job.text import text_of
-from mafsil.job.variation import SHARES
+from mafsil.job.sweep import sweep as swept
 from mafsil.messages import language, say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
@@ -130,14 +130,7 @@ class _Options:
 
 
 def _run(
-    text: str,
-    source: str,
-    folder: Path,
-    target: Path,
-    options: _Options = _Options(),
-    *,
-    progress: bool,
-    show: bool,
+    text: str, source: str, folder: Path, target: Path, options: _Options = _Options(), *, progress: bool, show: bool
 ) -> Answer:
     require_replaceable(target)
     with Progress(progress) as bar:
@@ -155,13 +148,7 @@ def _run(
 
 
 def _plan(
-    text: str,
-    source: str,
-    folder: Path,
-    variables: Mapping[str, object],
-    *,
-    progress: bool,
-    program: str | None = None,
+    text: str, source: str, folder: Path, variables: Mapping[str, object], *, progress: bool, program: str | None = None
 ) -> Answer:
     """The motion of a job, and how long it takes; as a program of a controller if a file is named."""
     with Progress(progress) as bar:
@@ -289,3 +276,35 @@ def _vary(outcome: Run) -> list[str]:
     head = ("", *(f"{100.0 * share:g} %" for share in SHARES))
     rows = [(say(f"report.variation_{name}"), *cells) for name, *cells in found.rows()]
     return [*(Laid(line) for line in table(head, rows)), *found.explain().splitlines()]
+
+
+def sweep(job: str, over: list[str], simulate: bool, progress: bool) -> Answer:
+    """Every combination of values.
+
+    Args:
+        job: path of the file.
+        over: `name=value,value,...` of variables of the job.
+        simulate: drive each case too.
+        progress: print progress even when stderr is no terminal.
+
+    Raises:
+        MafsilError: the job or the robot cannot be read, or do not fit each other; a name that is no variable.
+    """
+    path = Path(job)
+    with Progress(progress) as bar:
+        bar.enter("stage_planning")
+        grid = dict(map(_values, over))
+        found = swept(text_of(path), grid, path.parent, path.name, simulate=simulate, progress=bar.update)
+    head, rows = found.columns()
+    shown = [name if name in grid else say(f"cli.sweep_{name}") for name in head]
+    lines = [*(Laid(line) for line in table(shown, rows)), *found.explain().splitlines()]
+    return Answer(found.to_dict(), tuple(lines))
+
+
+def _values(words: str) -> tuple[str, list[bool | float | str]]:
+    """Name and values of `name=value,value`."""
+    name, equals, values = words.partition("=")
+    parts = [part.strip() for part in values.split(",") if part.strip()]
+    if not equals or not name.strip() or not parts:
+        raise InputError("cli.sweep_values", given=words)
+    return name.strip(), [typed_value(part) for part in parts]

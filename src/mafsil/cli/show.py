@@ -1,28 +1,35 @@
-"""`mafsil show`: what a robot is made of, and what is wrong with its description."""
+"""`mafsil show`: what a robot is made of; `mafsil list`: those of the library; `mafsil studio`: a page for one."""
 
 from __future__ import annotations
 
 import webbrowser
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, draw_picture
 from mafsil.cli.state import shown, unit
 from mafsil.cli.table import brief, table
-from mafsil.errors import FileError, InputError
+from mafsil.cli.tolerances import ROUNDOFF
+from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
-from mafsil.model import Joint, Mechanism
+from mafsil.model import Joint, JointKind, Mechanism, library
 from mafsil.model.loading import load_mechanism
 
 if TYPE_CHECKING:
     import mafsil.page.show as pages
+    import mafsil.studio.opening as opening
 else:
     pages = lazily("mafsil.page.show")
+    opening = lazily("mafsil.studio.opening")
 
+
+LARGEST_PORT = 65535
+_LETTERS = {JointKind.REVOLUTE: "R", JointKind.PRISMATIC: "P", JointKind.HELICAL: "H"}
 PICTURES = (".html", ".png", ".svg", ".pdf")
 
 
@@ -57,9 +64,7 @@ def show(
     lines = [*_summary(mechanism), *_joints(mechanism, degrees), *_masses(mechanism), *_screws(mechanism)]
     lines += [*_provenance(mechanism), *_remarks(remarks)]
     if picture is not None:
-        _draw(mechanism, Path(picture))
-        data["picture"] = picture
-        lines.append(say("cli.picture_written", path=picture))
+        lines.append(draw_picture(partial(_draw, mechanism), picture, data))
     if out is not None or open:
         data["page"] = _page(robot, mechanism, out, view or (), show=open)
         lines.append(say("cli.page_written", path=data["page"]))
@@ -135,7 +140,7 @@ def space_screws(mechanism: Mechanism) -> dict[str, list[float]]:
         if joint.moves:
             omega, v = T[:3, :3] @ joint.screw[:3], T[:3, :3] @ joint.screw[3:]
             both = np.concatenate([omega, v + np.cross(T[:3, 3], omega)])
-            screws[joint.name] = [0.0 if abs(x) < 1e-12 else float(x) for x in both]
+            screws[joint.name] = [0.0 if abs(x) < ROUNDOFF else float(x) for x in both]
     return screws
 
 
@@ -210,13 +215,6 @@ def _joint_data(joint: Joint) -> dict[str, Any]:
 
 
 def _draw(mechanism: Mechanism, path: Path) -> None:
-    try:
-        _draw_into(mechanism, path)
-    except OSError as error:
-        raise FileError("file.cannot_write", path=str(path), reason=error.strerror or str(error)) from None
-
-
-def _draw_into(mechanism: Mechanism, path: Path) -> None:
     if path.suffix.lower() == ".html":
         from mafsil.page import show as page_of
 
@@ -227,3 +225,59 @@ def _draw_into(mechanism: Mechanism, path: Path) -> None:
         from mafsil.figures import plot_mechanism
 
         plot_mechanism(mechanism, path)
+
+
+def robots() -> Answer:
+    """Name, joints, freedoms, masses and description of every robot of the library."""
+    entries = [_entry(name, library.load(name)) for name in library.robots()]
+    head = [say(f"cli.{key}") for key in ("robot", "kinds", "has_masses", "described_as")]
+    rows = [
+        [
+            entry["name"],
+            entry["kinds"],
+            say("cli.yes" if entry["masses"] else "cli.no"),
+            say(f"library.{entry['name']}"),
+        ]
+        for entry in entries
+    ]
+    return Answer({"robots": entries}, (say("cli.list_title", count=len(entries)), *table(head, rows, words=(3,))))
+
+
+def _entry(name: str, mechanism: Mechanism) -> dict[str, Any]:
+    return {
+        "name": name,
+        "title": say(f"library.{name}"),
+        "n": mechanism.n,
+        "kinds": "".join(_LETTERS[joint.kind] for joint in mechanism.coordinates),
+        "joints": list(mechanism.joint_names),
+        "tip": mechanism.tip,
+        "masses": any(link.inertial is not None for link in mechanism.links),
+        "source": mechanism.provenance.source,
+        "licence": mechanism.provenance.licence,
+    }
+
+
+def studio(what: list[str], port: str | None, open: bool, view: list[str] | None = None) -> Answer:
+    """Serve until Ctrl-C.
+
+    Args:
+        what: a robot, a job file, or one or more recordings; the default robot if empty.
+        port: at which to listen; any that is free if None.
+        open: show the page in the browser.
+        view: files with views of your own.
+
+    Raises:
+        MafsilError: what is given cannot be read, or the port is no port or is taken.
+    """
+    with opening.studio_of(what, _port(port), view or ()) as served:
+        print(say("cli.studio_address", address=served.address), say("cli.studio_leave"), sep="\n", flush=True)
+        served.serve(show=open)
+    return Answer()
+
+
+def _port(text: str | None) -> int:
+    if text is None:
+        return 0
+    if not (text.isascii() and text.isdigit() and len(text) <= len(str(LARGEST_PORT))) or int(text) > LARGEST_PORT:
+        raise InputError("studio.port", value=text, most=LARGEST_PORT)
+    return int(text)

@@ -1,17 +1,41 @@
-"""Joint coordinates from the words of the command line."""
+"""Numbers and joint coordinates as people type them: with a unit, as a fraction of pi, in degrees when marked.
+
+Those of a robot with loops are numbers of its closed chain, or refused.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from math import pi
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mafsil.arrays import Floats
-from mafsil.cli.numerals import angle, coordinate, number
-from mafsil.errors import InputError
+from mafsil.arrays import Floats, JointVector
+from mafsil.cli.tolerances import TYPED
+from mafsil.errors import InputError, ModelError
+from mafsil.lazy_module import lazily
 from mafsil.messages import say
+from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
+from mafsil.robot import Robot
+
+if TYPE_CHECKING:
+    import mafsil.parallel as parallel
+    from mafsil.parallel import ClosedChain
+else:
+    parallel = lazily("mafsil.parallel")
+
+
+UNITS = {"": 1.0, "rad": 1.0, "deg": pi / 180, "°": pi / 180, "m": 1.0, "cm": 0.01, "mm": 0.001, "s": 1.0, "ms": 0.001}
+"""Factor to SI of each unit that may follow a number."""
+_NUMBER = re.compile(
+    r"""^\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?inf|[+-]?nan)  # the number
+    \s*\*?\s*(pi)?(?:\s*/\s*(\d+))?\s*([a-z°]*)\s*$                          # times pi, divided, unit""",
+    re.ASCII | re.IGNORECASE | re.VERBOSE,
+)
+_PI = re.compile(r"^\s*([+-]?)\s*pi", re.I)
 
 
 def joint_values(name: str, words: list[str], mechanism: Mechanism, *, degrees: bool) -> Floats:
@@ -124,3 +148,109 @@ def _finite(name: str, values: list[float], mechanism: Mechanism) -> Floats:
         if not np.isfinite(value):
             raise InputError("input.finite", name=name, value=value, index=joint)
     return array
+
+
+def number(name: str, text: str) -> float:
+    """A number, perhaps with a unit: `-0.2`, `30deg`, `120mm`, `pi/2`, `-2pi/3`.
+
+    Args:
+        name: of the argument, for the error.
+        text: what was typed.
+
+    Raises:
+        InputError: it is no number, or the unit is not known.
+    """
+    return _read(name, text)[0]
+
+
+def coordinate(name: str, text: str) -> tuple[float, bool]:
+    """A joint coordinate, and whether its unit was written (so that `--degrees` must not touch it)."""
+    return _read(name, text)
+
+
+def angle(name: str, text: str, *, degrees: bool) -> float:
+    """A number whose unit, if it has one, stands; a bare one is in degrees if that is asked.
+
+    Args:
+        name: of the argument, for the error.
+        text: what was typed.
+        degrees: whether bare numbers are degrees.
+    """
+    value, marked = coordinate(name, text)
+    return value * pi / 180 if degrees and not marked else value
+
+
+def count(name: str, text: str) -> int:
+    """A whole number from 0 on.
+
+    Raises:
+        InputError: it is none.
+    """
+    if not (text.isascii() and text.isdigit() and len(text) < 10):
+        raise InputError("cli.whole", name=name, text=visible(text))
+    return int(text)
+
+
+def _read(name: str, text: str) -> tuple[float, bool]:
+    match = _NUMBER.match(_PI.sub(r"\g<1>1pi", text))
+    if match is None:
+        raise InputError("cli.no_number", name=name, text=visible(text))
+    value, times_pi, divisor, unit = match.groups()
+    if unit not in UNITS or (divisor is not None and float(divisor) == 0.0):
+        raise InputError("cli.no_unit", name=name, text=visible(text), known=", ".join(u for u in UNITS if u))
+    return float(value) * (pi if times_pi else 1.0) / float(divisor or 1) * UNITS[unit], bool(unit or times_pi)
+
+
+def typed_value(words: str) -> bool | float | str:
+    """What is typed for a variable: true, false, a number, else a text.
+
+    Args:
+        words: as typed.
+    """
+    word = words.strip()
+    if word in ("true", "false"):
+        return word == "true"
+    try:
+        return float(word)
+    except ValueError:
+        return words
+
+
+def require_open_chain(mechanism: Mechanism, command: str) -> None:
+    """Refuse a robot with loops where only numbers of its open tree are known.
+
+    Args:
+        mechanism: any.
+        command: that was typed.
+
+    Raises:
+        ModelError: it has loops.
+    """
+    if mechanism.loops:
+        raise ModelError("cli.loops_open", robot=mechanism.name, command=command)
+
+
+def chain_at(arm: Robot, q: JointVector) -> ClosedChain:
+    """The closed chain of a robot with loops, where they are closed.
+
+    Args:
+        arm: with loops.
+        q: (n,) coordinates.
+
+    Raises:
+        InputError: they leave a loop open.
+    """
+    chain = parallel.ClosedChain(arm)
+    gap = float(chain.error(q))
+    if gap <= TYPED * chain.size:
+        return chain
+    nearest = chain.close_loops(q, hold=chain.actuated) if len(chain.actuated) else chain.close_loops(q)
+    nearest = nearest if nearest else chain.close_loops(q)
+    if not nearest:
+        raise InputError("cli.loops_never", robot=arm.name, gap=gap)
+    raise InputError("cli.loops_gape", robot=arm.name, gap=gap, values=parse_numbers(nearest.q))
+
+
+def parse_numbers(values: Floats) -> str:
+    """Numbers as they may be typed."""
+    return " ".join(f"{round(float(x), 9) + 0.0:.7g}" for x in values)

@@ -1,4 +1,4 @@
-"""`mafsil statics`: joint efforts for a wrench at the tip, or back; and what every joint passes on."""
+"""`mafsil statics`: efforts for a wrench at the tip, or back, with reactions; `mafsil singularity`: what is lost."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, Vector6
 from mafsil.cli.answer import Answer
-from mafsil.cli.loops import require_open_chain
-from mafsil.cli.numerals import number as typed
-from mafsil.cli.state import degrees_remarks, effort_unit, efforts, joint_values
-from mafsil.cli.table import number, table
+from mafsil.cli.state import degrees_remarks, effort_unit, efforts, joint_values, require_open_chain
+from mafsil.cli.state import number as typed
+from mafsil.cli.table import brief, number, table
 from mafsil.errors import InputError
 from mafsil.geometry import wrench as wrenches
 from mafsil.messages import say
-from mafsil.performance import joint_reactions, joint_torque, tip_wrench
+from mafsil.performance import joint_reactions, joint_torque, singularity, tip_wrench
 from mafsil.performance.statics import TipWrench
 from mafsil.performance.statics.reactions import JointReactions
 from mafsil.robot import Robot, load
@@ -111,3 +110,30 @@ def _reaction_lines(found: JointReactions) -> list[str]:
     head = [say("cli.joint"), *(f"{name} [{'N m' if name[0] == 'm' else 'N'}]" for name in _COMPONENTS)]
     rows = [[name, *(number(float(x), 3) for x in row)] for name, row in zip(found.joints, found.at_joint, strict=True)]
     return ["", say("cli.statics_reactions"), *table(head, rows)]
+
+
+def find_singularity(robot: str, q: list[str], task: str | None, tip: str | None, degrees: bool) -> Answer:
+    """Rank, singular values, causes, lost twists and carried wrenches of one configuration.
+
+    Args:
+        robot: name or file.
+        q: (n) coordinates as typed.
+        task: rows of the Jacobian that count; the arm's natural task if None.
+        tip: another tip link.
+        degrees: whether bare angles are degrees.
+
+    Raises:
+        MafsilError: no such robot or task, not one number per joint.
+    """
+    arm = load(robot, tip=tip)
+    require_open_chain(arm.mechanism, "singularity")
+    values = joint_values("q", q, arm.mechanism, degrees=degrees)
+    found = singularity(arm, values, task=task)
+    product = float(np.prod(found.singular_values)) if found.singular_values.size else 0.0
+    data = {**found.to_dict(), "manipulability": product}
+    size, length = brief(product), brief(found.length)
+    lines = found.explain().splitlines()
+    lines.append(say("cli.singularity_rank", rank=found.rank, full=found.full_rank, manipulability=size, length=length))
+    head = [say("cli.singularity_values"), *(f"σ{k}" for k in range(1, found.singular_values.size + 1))]
+    lines += table(head, [["", *(brief(float(s)) for s in found.singular_values)]])
+    return Answer(data, (*lines, *degrees_remarks(q, arm.mechanism, degrees=degrees)))

@@ -1,16 +1,19 @@
-"""Tables for people: columns aligned by what is seen, numbers to the right, no wider than the terminal."""
+"""Tables and named values for people: columns aligned by what is seen, numbers right, no wider than the terminal."""
 
 from __future__ import annotations
 
 import math
 import shutil
 import unicodedata
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import zip_longest
 from textwrap import wrap
+from typing import Any, cast
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Head, Laid
+from mafsil.cli.tolerances import ROUNDOFF
+from mafsil.messages import say
 from mafsil.messages.isolates import in_cell
 from mafsil.messages.visible import visible
 
@@ -19,8 +22,6 @@ NARROWEST = 40
 NARROWEST_WORDS = 24
 """Columns below which words are not wrapped in a column of a table."""
 _GAP = "  "
-_ROUNDOFF = 1e-12
-"""Smaller numbers are shown as zero."""
 
 
 def columns() -> int:
@@ -90,7 +91,7 @@ def number(value: float, digits: int = 6) -> str:
     """A number with six decimals, roundoff shown as zero; very small and large ones with an exponent."""
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    if abs(value) < _ROUNDOFF:
+    if abs(value) < ROUNDOFF:
         value = 0.0
     if value and not 1e-4 <= abs(value) < 1e6:
         return f"{value:.{digits - 1}e}"
@@ -101,7 +102,7 @@ def brief(value: float) -> str:
     """A number with four significant digits, roundoff shown as zero."""
     if math.isinf(value):
         return "∞" if value > 0 else "-∞"
-    return f"{value if abs(value) >= _ROUNDOFF else 0.0:.4g}"
+    return f"{value if abs(value) >= ROUNDOFF else 0.0:.4g}"
 
 
 def width(text: str) -> int:
@@ -159,3 +160,18 @@ def _pad(text: str, size: int, *, left: bool) -> str:
     """A cell in an isolate of its own, so that neighbours keep their columns whatever the direction of the line."""
     space, shown = " " * (size - width(text)), in_cell(text)
     return shown + space if left else space + shown
+
+
+def details(values: Mapping[str, Any]) -> list[str]:
+    """A line for each fact, named in the reader's language; variables of the environment keep their names.
+
+    Args:
+        values: plain data by name.
+    """
+    lines: list[str] = []
+    for name, value in values.items():
+        label = name if name.isupper() else say(f"cli.fact_{name}")
+        parts: list[Any] = list(cast("list[Any]", value)) if isinstance(value, list | tuple) else [value]
+        words = [say("cli.yes" if part else "cli.no") if isinstance(part, bool) else str(part) for part in parts]
+        lines.append(f"  {label}: {', '.join(words)}")
+    return lines

@@ -14,10 +14,10 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer, Laid, Toned
-from mafsil.cli.numerals import number
+from mafsil.cli.state import number
 from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
-from mafsil.job.status import JobStatus
+from mafsil.job.remark import JobStatus
 from mafsil.messages import say
 from mafsil.regular_file import whole_text
 from mafsil.robot import Robot, load

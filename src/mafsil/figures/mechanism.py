@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.figures.picture_file import picture_file
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.job.resting import resting_configuration
+from mafsil.job.planning.resting import resting_configuration
 from mafsil.model import Mechanism
 from mafsil.model.appearance import pieces
 from mafsil.model.loading import of_any_mechanism

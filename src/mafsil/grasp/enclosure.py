@@ -71,7 +71,7 @@ class ConeWrenches:
         found = np.empty((len(contacts), 4, len(transform)))
         points, normals = np.array([c.point for c in contacts]), np.array([c.normal for c in contacts])
         coefficients = np.array([(c.mu, c.gamma) for c in contacts])
-        loops.contact_loops.contact_discs(points, normals, coefficients, np.ascontiguousarray(transform), found)
+        loops.disc_loops.contact_discs(points, normals, coefficients, np.ascontiguousarray(transform), found)
         return ConeWrenches(found)
 
     def rim(self, edges: int) -> Floats:
@@ -81,7 +81,7 @@ class ConeWrenches:
             edges: points of each disc.
         """
         columns = np.empty((self.discs.shape[2], len(self.discs) * edges))
-        loops.contact_loops.rim_columns(self.discs, edges, columns)
+        loops.disc_loops.rim_columns(self.discs, edges, columns)
         return columns
 
     def transform(self, M: Floats) -> ConeWrenches:

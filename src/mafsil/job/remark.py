@@ -1,4 +1,4 @@
-"""Sentences about a run that can be said in either language, whenever they are asked for."""
+"""Sentences about a job and its moves in either language, whenever they are asked for: remarks, refusals, the end."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, TypeAlias, runtime_checkable
 
-from mafsil.answer import Answer
+from mafsil.answer import Answer, Status
 from mafsil.collision import ContactPair
-from mafsil.job.status import JobStatus
+from mafsil.job.language.description import Move
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
+from mafsil.messages.visible import visible
 
 Level: TypeAlias = Literal["good", "warning", "failure"]
 """How good the news is."""
@@ -43,12 +44,19 @@ class Remark:
 
     def sentence(self, language: str | None = None) -> str:
         """The sentence, in `en` or `ar` or the current language."""
-        what = say(
-            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
-        )
+        what = say_with(self.key, self.details, language)
         if self.cause is None:
             return what
         return say("job.with_cause", language=language, what=what, cause=self.cause.explain(language=language))
+
+
+class JobStatus(Status):
+    """How a job ended."""
+
+    DONE = ("job.status_done", True)
+    FAILED = ("job.status_failed", False)
+    STOPPED = ("job.status_stopped", False)
+    REFUSED = ("job.status_refused", False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +94,7 @@ class Refusal(Answer):
 
     def explain(self, language: str | None = None) -> str:
         """Which move, and why."""
-        return say(
-            self.key, language=language, **{name: detail_text(value, language) for name, value in self.details.items()}
-        )
+        return say_with(self.key, self.details, language)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,8 +125,34 @@ class Refused(Exception):
         self.refusal = Refusal(key, details)
 
 
+def say_with(key: str, details: Mapping[str, object], language: str | None = None) -> str:
+    """A sentence whose details may themselves be sentences, in a language."""
+    return say(key, language=language, **{name: detail_text(value, language) for name, value in details.items()})
+
+
 def detail_text(value: object, language: str | None) -> object:
     """A detail of a sentence: a text `@area.name` is itself a key, an object that explains itself is asked to."""
     if isinstance(value, str) and value.startswith("@"):
         return say(value[1:], language=language)
     return value.explain(language=language) if isinstance(value, Explains) else value
+
+
+def label(index: int, move: Move, language: str | None = None) -> str:
+    """`move 3 'lift'`: how sentences call a move."""
+    if move.name:
+        return say("job.move_named", language=language, number=index + 1, name=visible(move.name))
+    return say("job.move", language=language, number=index + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """A move, or the start where there is none, called in the reader's language, with its line."""
+
+    index: int
+    move: Move | None
+    line: int | None = None
+
+    def explain(self, *, language: str | None = None) -> str:
+        """`move 3 'lift' (line 41)`."""
+        called = say("job.start", language=language) if self.move is None else label(self.index, self.move, language)
+        return called if self.line is None else say("job.at_line", language=language, what=called, line=self.line)

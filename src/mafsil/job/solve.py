@@ -1,11 +1,13 @@
-"""From a job to a run: the robot with its tool, the plan, the drive.
+"""From a job to a run: the robot with its tool, the plan, the drive and its judgement.
 
-A job driven many times: payloads, friction, gains, delays and noise are drawn, each run is judged as the job is.
+A plan is simulated, its numbers are held against what was asked, its failures explained. A job driven many times:
+payloads, friction, gains, delays and noise are drawn, each run is judged as the job is.
 """
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal, Protocol
@@ -15,25 +17,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, whole
-from mafsil.job.arrival import errors_of, goal_of
-from mafsil.job.description import Job
-from mafsil.job.drive import drive
-from mafsil.job.equipment import equipment_of
-from mafsil.job.fitting import require_fit
-from mafsil.job.kinematic import kinematic
-from mafsil.job.lines import Places
-from mafsil.job.move_planner import plan
-from mafsil.job.named_files import with_files
-from mafsil.job.neighbours import neighbours_of
-from mafsil.job.plan import Plan
-from mafsil.job.reading import parse_job
+from mafsil.job.driving import Run, simulate_plan
+from mafsil.job.driving.arrival import errors_of, goal_of
+from mafsil.job.driving.run import JobVariation
+from mafsil.job.judging import judge_run, summary
+from mafsil.job.judging.causes import causes_of
+from mafsil.job.judging.law_conditions import stability_remarks
+from mafsil.job.language.description import Job
+from mafsil.job.language.driving_tables import SPREADS, Normal, VariationTable
+from mafsil.job.language.reading import parse_job
+from mafsil.job.language.text import Places, text_of
+from mafsil.job.language.units import tolerances
+from mafsil.job.planning import plan_moves
+from mafsil.job.planning.equipment import equipment_of
+from mafsil.job.planning.fitting import kinematic, require_fit
+from mafsil.job.planning.limiting import limits_of_cycle
+from mafsil.job.planning.named_files import with_files
+from mafsil.job.planning.neighbours import neighbours_of
+from mafsil.job.planning.plan import Plan
+from mafsil.job.planning.searching import is_search, search_remarks
 from mafsil.job.remark import Refusal, Remark
-from mafsil.job.run import Run
-from mafsil.job.searching import known_stops
-from mafsil.job.text import text_of
-from mafsil.job.tolerance import tolerances
-from mafsil.job.variation import JobVariation
-from mafsil.job.variation_table import SPREADS, Normal, VariationTable
 from mafsil.robot import Robot
 from mafsil.simulation import Normal as DrawnNormal
 from mafsil.simulation import Scenario, Variation, cluster_executor, monte_carlo
@@ -128,14 +131,24 @@ def plan_searches(job: Job, text: str, folder: Path, source: str, robot: Robot, 
 
     Args:
         job, text, folder, source: as for `solve`.
-        robot, motion: as `prepare` gives them.
+        robot, motion: as `prepare` gives them, with searches to the ends of their paths.
     """
-
-    def again(stops: tuple[float, ...]) -> Plan | Refusal:
-        found = prepare(job, text, folder, None, source, stops=stops)
-        return found if isinstance(found, Refusal) else found[1]
-
-    return known_stops(job, text, robot, motion, again)
+    stops = tuple[float, ...]()
+    while searches := [k for k, leg in enumerate(motion.legs) if is_search(job, leg) and leg.stopped is None]:
+        k = searches[0]
+        tape = simulate_plan(job, text, robot, replace(motion, legs=motion.legs[: k + 1])).recording
+        wrench, least = tape.contact_wrench, job.move[motion.legs[k].index].until_force
+        assert wrench is not None
+        felt = np.linalg.norm(wrench[:, 3:], axis=1)
+        rows = np.flatnonzero((tape.t >= motion.starts[k]) & (felt >= least))
+        if not len(rows):
+            return motion
+        stops = (*stops, float(tape.t[rows[0]] - motion.starts[k]))
+        planned = prepare(job, text, folder, None, source, stops=stops)
+        if isinstance(planned, Refusal):
+            return planned
+        motion = planned[1]
+    return motion
 
 
 def _vary(run: Run, eye: Watcher, cluster: str | None) -> Run:
@@ -231,12 +244,46 @@ def prepare(
     neighbours = neighbours_of(job, home, places)
     eye.enter("stage_planning")
     without_forces = kinematic(job, tools[0], places)
-    motion = plan(job, tools, eye.update, text, neighbours, stops)
+    motion = plan_moves(job, tools, eye.update, text, neighbours, stops)
     if isinstance(motion, Refusal):
         return motion
     if without_forces is not None:
         motion = replace(motion, kinematic=True, remarks=(*motion.remarks, without_forces))
     return robot, motion
+
+
+def drive(
+    job: Job,
+    text: str,
+    robot: Robot,
+    plan: Plan,
+    progress: Callable[[float], None] = lambda share: None,
+    *,
+    explained: bool = True,
+    again: Callable[[float], None] = lambda share: None,
+    log: str | os.PathLike[str] | RunListener | None = None,
+) -> Run:
+    """Simulate a plan and judge the run.
+
+    Args:
+        job, text: what is asked, and its file.
+        robot: with its tool.
+        plan: the motion.
+        progress: called with the share of the time that has been simulated.
+        explained: whether a job that failed is driven again, to find the causes.
+        again: called with the share of that which is done.
+        log: path of a live log, `.mcap`, or what else hears of the ticks; none if None.
+
+    Raises:
+        JobError: friction is too stiff for the integrator that is asked
+            for, or the motion is too long to be simulated.
+        MafsilError: the log cannot be written.
+    """
+    run = replace(simulate_plan(job, text, robot, plan, progress, log=log), limits=limits_of_cycle(plan))
+    causes = causes_of(run, again) if explained and not plan.kinematic else {}
+    searches = search_remarks(job, plan, simulated=True)
+    found = replace(run, remarks=(*searches, *judge_run(run, summary(run), causes), *run.remarks))
+    return replace(found, remarks=(*found.remarks, *stability_remarks(found)))
 
 
 def vary(run: Run, *, cluster: str | None = None, progress: Progress | None = None) -> JobVariation:

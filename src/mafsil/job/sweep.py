@@ -12,12 +12,11 @@ import numpy as np
 
 from mafsil.answer import Answer
 from mafsil.errors import InputError
-from mafsil.job.drive import drive
-from mafsil.job.judgement import summary
-from mafsil.job.reading import parse_job
+from mafsil.job.driving.run import Run
+from mafsil.job.judging.judgement import summary
+from mafsil.job.language.reading import parse_job
 from mafsil.job.remark import Refusal
-from mafsil.job.run import Run
-from mafsil.job.solve import plan_searches, prepare
+from mafsil.job.solve import drive, plan_searches, prepare
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from mafsil.design import TaskSet
 from mafsil.errors import InputError
-from mafsil.job.reading import parse_job
+from mafsil.job.language.reading import parse_job
+from mafsil.job.language.text import text_of
 from mafsil.job.remark import Refusal
 from mafsil.job.solve import prepare
-from mafsil.job.text import text_of
 
 SAME_POSE = 1e-9
 """Largest difference of two poses [1 | m] between which the tool rests."""

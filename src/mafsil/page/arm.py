@@ -24,7 +24,7 @@ from mafsil.ik.numerical.problem import PoseProblem, pose_task
 from mafsil.ik.structure.analysis import analysis, closed_form
 from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import DEFECT
-from mafsil.job.resting import home_configuration, resting_place
+from mafsil.job.planning.resting import home_configuration, resting_place
 from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.target import host

@@ -13,22 +13,21 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.control.analysis import words_for
-from mafsil.job import judgement
-from mafsil.job.arrival import INSTANT, Arrival
-from mafsil.job.cell_signals import assignments, conditions
-from mafsil.job.judgement import Summary, error_details
-from mafsil.job.plan import Leg
+from mafsil.job.driving.arrival import INSTANT, Arrival
+from mafsil.job.driving.run import Run
+from mafsil.job.judging import judgement
+from mafsil.job.judging.judgement import Summary, error_details
+from mafsil.job.judging.symptoms import joint_quantity
+from mafsil.job.planning.cell_signals import assignments, conditions
+from mafsil.job.planning.plan import Leg
+from mafsil.job.planning.surroundings import WayRound
 from mafsil.job.remark import Remark
-from mafsil.job.run import Run
-from mafsil.job.surroundings import WayRound
-from mafsil.job.symptoms import joint_quantity
 from mafsil.messages import LANGUAGES, say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
 from mafsil.report.content import Details, Figure, Finding, Level, Page, Plot, Scene, Step, Table
-from mafsil.report.limits import limit_plot, limit_table
 from mafsil.report.replay import recipe, replay_scene
-from mafsil.report.variation import variation_findings, variation_table
+from mafsil.report.run_tables import limit_plot, limit_table, variation_findings, variation_table
 
 NARROW = ("job.gap_below_error", "job.gap_below_smallest")
 """Warnings of gaps that are smaller than the error of the run, or than any that is safe."""

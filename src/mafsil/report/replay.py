@@ -16,21 +16,19 @@ from mafsil.collision import Cone, ConvexHull, HeightMap, Obstacle, PointCloud, 
 from mafsil.geometry import pose
 from mafsil.ik import inverse_kinematics
 from mafsil.job import Job, Run
-from mafsil.job.equipment import UNNAMED_TOOL, box_of_tool
-from mafsil.job.fitting import coordinates, require_fit
-from mafsil.job.lines import Places
-from mafsil.job.neighbours import neighbours_of
-from mafsil.job.payload import box_in_tip
-from mafsil.job.poses import goal_matrix, pose_matrix
-from mafsil.job.resting import resting_configuration, starting_place
-from mafsil.job.surroundings import scene_of
+from mafsil.job.language.text import Places
+from mafsil.job.language.units import box_in_tip, goal_matrix, pose_matrix
+from mafsil.job.planning.equipment import UNNAMED_TOOL, box_of_tool
+from mafsil.job.planning.fitting import coordinates, require_fit
+from mafsil.job.planning.neighbours import neighbours_of
+from mafsil.job.planning.resting import resting_configuration, starting_place
+from mafsil.job.planning.surroundings import scene_of
 from mafsil.model.link import Box, Capsule, Cylinder, Sphere
 from mafsil.model.mesh import Surface
 from mafsil.model.mesh.decimation import decimate
 from mafsil.model.mesh.surface import SIDES, hull_surface
 from mafsil.report.content import Carried, Scene
-from mafsil.report.shelves import shelves
-from mafsil.report.touched import doors, standing
+from mafsil.report.touched import doors, shelves, standing
 from mafsil.robot import Robot
 from mafsil.scene import Body, Drawing, Solid, compact
 from mafsil.scene.inline import patch

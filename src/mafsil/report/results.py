@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.errors import InputError
-from mafsil.job.arrival import goal_of
-from mafsil.job.cell_signals import CellSignals
-from mafsil.job.judgement import Summary, summary
-from mafsil.job.limiting import MORE, CycleLimit
-from mafsil.job.neighbours import NeighbourMotion
-from mafsil.job.run import Run
-from mafsil.job.tolerance import tolerances
+from mafsil.job.driving.arrival import goal_of
+from mafsil.job.driving.run import Run
+from mafsil.job.judging.judgement import Summary, summary
+from mafsil.job.language.units import tolerances
+from mafsil.job.planning.cell_signals import CellSignals
+from mafsil.job.planning.limiting import MORE, CycleLimit
+from mafsil.job.planning.neighbours import NeighbourMotion
 from mafsil.messages import language
 from mafsil.messages.visible import visible
 from mafsil.model.diagnostics import shown

@@ -14,9 +14,9 @@ import numpy as np
 from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.job import Job, Refusal, Run, parse_job, solve
-from mafsil.job.equipment import equip_robot
-from mafsil.job.lines import Places
-from mafsil.job.plan import Plan
+from mafsil.job.language.text import Places
+from mafsil.job.planning.equipment import equip_robot
+from mafsil.job.planning.plan import Plan
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.page.session import pose_from

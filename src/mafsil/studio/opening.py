@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mafsil.errors import FileError, InputError, MafsilError
-from mafsil.job.equipment import equip_robot
-from mafsil.job.reading import parse_job, read_job
-from mafsil.job.text import LARGEST_FILE, text_of
+from mafsil.job.language.reading import parse_job, read_job
+from mafsil.job.language.text import LARGEST_FILE, text_of
+from mafsil.job.planning.equipment import equip_robot
 from mafsil.messages.visible import visible
 from mafsil.model import library
 from mafsil.regular_file import regular_bytes

@@ -16,7 +16,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.job.plan import Plan
+from mafsil.job.planning.plan import Plan
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
 from mafsil.simulation import Recording

@@ -33,8 +33,7 @@ from mafsil.model import Joint, JointKind
 from mafsil.parallel import ClosedChain
 from mafsil.parallel.tolerances import RANK
 from mafsil.robot import Robot
-from mafsil.verification.composed import LeftOut
-from mafsil.verification.verification import Check
+from mafsil.verification.verification import Check, LeftOut
 
 HINGED = (JointKind.REVOLUTE, JointKind.CYLINDRICAL, JointKind.PLANAR, JointKind.HELICAL)
 """Joints that keep an axis of the child along one of the parent."""

@@ -25,9 +25,8 @@ from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.robot import Robot, as_robot
 from mafsil.robot.closed_states import STATES
 from mafsil.verification.closed import closed_judge
-from mafsil.verification.composed import LeftOut, composed_checks
 from mafsil.verification.tolerances import LIMIT, ROUNDING, SINGULAR
-from mafsil.verification.verification import UNCHECKED, Check, Verification
+from mafsil.verification.verification import UNCHECKED, Check, LeftOut, Verification, composed_checks
 
 PEERS = {"pinocchio": "mafsil.verification.pinocchio_peer", "mujoco": "mafsil.verification.mujoco_peer"}
 """Their names as Python imports them, and the module that knows how to ask them."""

@@ -1,26 +1,28 @@
-"""Files that a job file includes: a cell with its robot, frames and obstacles, said once for many jobs.
+"""Texts before they are jobs: the cells that a file includes, and values for names.
 
 What a cell says counts as if it stood in the job. What the job says itself wins: key by key in tables such as
 `[limits]`, whole entries in tables of names such as `[frame.NAME]`; lists of tables such as `[[obstacle]]` go on after
-the job's own.
+the job's own. `"$height"` anywhere in a job stands for what `[variables]` or the command line gives it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
 from mafsil.errors import FileError
-from mafsil.job.description import Cell
-from mafsil.job.lines import Path as Keys
-from mafsil.job.lines import Places
-from mafsil.job.surrounding_tables import FILE_KEYS
-from mafsil.job.text import tables_of, text_of
+from mafsil.job.language.description import Cell
+from mafsil.job.language.frames import Complaint
+from mafsil.job.language.surrounding_tables import FILE_KEYS
+from mafsil.job.language.text import Keys, Places, tables_of, text_of
 from mafsil.messages.visible import visible
 from mafsil.regular_file import is_file, whole_path
 
+VARIABLES = "variables"
+_NAME = re.compile(r"\$([A-Za-z_][A-Za-z0-9_]*)")
 TABLE = "include"
 FILES: dict[str, Sequence[str]] = {
     "robot": (), "pattern": ("file",), "other_robot": ("robot", "srdf"), "obstacle": FILE_KEYS, "collision": ("srdf",),
@@ -156,3 +158,45 @@ class _Merging:
                 self.data[key] = [*rows, *added]
                 taken += [((key, len(rows) + k), (key, k)) for k in range(len(added))]
         return taken
+
+
+def fill_variables(data: dict[str, Any], given: Mapping[str, object], error: Complaint) -> dict[str, Any]:
+    """The tables of a file with values for names; the table of variables with those that are given.
+
+    Args:
+        data: of the file.
+        given: values instead of those in the file.
+        error: makes the complaint about a key.
+
+    Raises:
+        JobError: a name without a value, or a value for no name.
+    """
+    table = data.get(VARIABLES, {})
+    if not isinstance(table, dict):
+        return data
+    named = cast("dict[str, Any]", table)
+    for name in given:
+        if name not in named:
+            raise error("job.no_variable", (VARIABLES,), given=visible(name), known=_known(named))
+    values = named | dict(given)
+    rest = {key: _replace(value, values, (key,), error) for key, value in data.items() if key != VARIABLES}
+    return rest | ({VARIABLES: values} if VARIABLES in data else {})
+
+
+def _replace(value: Any, values: Mapping[str, Any], path: Keys, error: Complaint) -> Any:
+    """A value with names replaced, in tables and lists too."""
+    if isinstance(value, dict):
+        table = cast("dict[str, Any]", value)
+        return {key: _replace(inner, values, (*path, key), error) for key, inner in table.items()}
+    if isinstance(value, list):
+        return [_replace(inner, values, (*path, k), error) for k, inner in enumerate(cast("list[Any]", value))]
+    found = _NAME.fullmatch(value) if isinstance(value, str) else None
+    if found is None:
+        return value
+    if found.group(1) not in values:
+        raise error("job.no_variable", path, given=visible(found.group(1)), known=_known(values))
+    return values[found.group(1)]
+
+
+def _known(values: Mapping[str, Any]) -> str:
+    return ", ".join(map(visible, values)) or "-"

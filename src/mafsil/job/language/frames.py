@@ -1,23 +1,27 @@
-"""Frames of a job file: where each stands in {s}, and what is said in them as poses in {s}."""
+"""Frames of a job file: where each stands in {s}, what is said in them as poses in {s}, and the places of patterns."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import product
+from math import prod
+from pathlib import Path
 from typing import TypeAlias
 
 import msgspec
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix
+from mafsil.csv_table import read_csv_table
 from mafsil.errors import JobError
 from mafsil.geometry import rotation
 from mafsil.geometry.pose import inverse
 from mafsil.geometry.quaternion import to_quaternion
-from mafsil.job.constraint_table import DIRECTIONS, PathConstraints, PlacedConstraints
-from mafsil.job.description import Four, Goal, MovingFrame, Obstacle, Pose, Three
-from mafsil.job.language.statements import JobFile, MovableFrame, Placed, PlacedGoal, PlacedObstacle
-from mafsil.job.lines import Path
-from mafsil.job.poses import facing, pose_matrix
+from mafsil.job.language.description import Four, Goal, MovingFrame, Obstacle, Pose, Three
+from mafsil.job.language.statements import JobFile, MovableFrame, Pattern, Placed, PlacedGoal, PlacedObstacle
+from mafsil.job.language.surrounding_tables import DIRECTIONS, PathConstraints, PlacedConstraints
+from mafsil.job.language.text import Keys
+from mafsil.job.language.units import facing, pose_matrix
 from mafsil.messages.visible import visible
 
 SPACE, TOOL = "space", "tool"
@@ -66,7 +70,7 @@ class Frames:
         placed = frame or self._file.pattern.get(name or "")
         return None if placed is None else self.carrier(placed.frame)
 
-    def require_standing(self, name: str | None, path: Path) -> None:
+    def require_standing(self, name: str | None, path: Keys) -> None:
         """Refuse a frame that moves where one has to stand still."""
         if self.carrier(name) is not None:
             raise self._error("job.frame_moves", path, frame=visible(str(name)))
@@ -88,7 +92,7 @@ class Frames:
         """The same and the present places of patterns."""
         return Frames(self._poses | dict(places), self._file, self._error)
 
-    def pose(self, name: str, path: Path) -> PoseMatrix:
+    def pose(self, name: str, path: Keys) -> PoseMatrix:
         """(4, 4) of a frame in {s}.
 
         Raises:
@@ -104,12 +108,12 @@ class Frames:
             "job.unknown_frame", path, frame=visible(name), known=", ".join(map(visible, self._poses)) or "-"
         )
 
-    def place(self, given: Placed | PlacedObstacle, path: Path) -> PoseMatrix:
+    def place(self, given: Placed | PlacedObstacle, path: Keys) -> PoseMatrix:
         """(4, 4) in {s} of what is placed; in a frame it has the frame's orientation if it names none."""
         own = pose_matrix(_plain(given), degrees=self.degrees)
         return own if given.frame is None else self.pose(given.frame, (*path, "frame")) @ own
 
-    def goal(self, given: PlacedGoal, path: Path) -> Goal:
+    def goal(self, given: PlacedGoal, path: Keys) -> Goal:
         """A goal in {s}, or a displacement along its axes or those of the tool.
 
         Raises:
@@ -123,7 +127,7 @@ class Frames:
             carrier=self.carrier(given.frame),
         )  # fmt: skip
 
-    def point(self, given: Placed, path: Path, free: bool = False) -> Pose:
+    def point(self, given: Placed, path: Keys, free: bool = False) -> Pose:
         """A pose in {s}, or in the frame that carries it; one without a frame stays as it was typed.
 
         Args:
@@ -137,7 +141,7 @@ class Frames:
         T = T if carrier is None else inverse(self._poses[carrier]) @ T
         return Pose(position=_three(T), quaternion=None if free else _four(T[:3, :3]))
 
-    def obstacle(self, given: PlacedObstacle, path: Path) -> Obstacle:
+    def obstacle(self, given: PlacedObstacle, path: Keys) -> Obstacle:
         """A body in {s}."""
         names = Obstacle.__struct_fields__
         plain = {name: getattr(given, name) for name in names}
@@ -147,7 +151,7 @@ class Frames:
             plain |= {"position": _three(T), "rpy": None, "quaternion": _four(T[:3, :3])}
         return Obstacle(**plain)
 
-    def constraints_in_space(self, given: PlacedConstraints, path: Path) -> PathConstraints:
+    def constraints_in_space(self, given: PlacedConstraints, path: Keys) -> PathConstraints:
         """What is kept, its directions in {s}."""
         plain = {name: getattr(given, name) for name in PathConstraints.__struct_fields__}
         if given.frame is not None:
@@ -158,7 +162,7 @@ class Frames:
                     plain[name] = tuple((R @ plain[name]).tolist())
         return PathConstraints(**plain)
 
-    def _displacement(self, given: PlacedGoal, path: Path) -> Goal:
+    def _displacement(self, given: PlacedGoal, path: Keys) -> Goal:
         if given.frame is not None:
             raise self._error("job.relative_frame", (*path, "frame"))
         if given.relative == TOOL:
@@ -209,3 +213,71 @@ def _vector(p: Floats) -> Three:
 def _four(R: Floats) -> Four:
     w, x, y, z = (float(each) for each in to_quaternion(rotation.check(R)))
     return w, x, y, z
+
+
+ANGLES = ("roll", "pitch", "yaw")
+"""Columns of a file of places that may be absent."""
+MOST_PLACES = 100_000
+"""Of one pattern."""
+
+
+def places(
+    pattern: Pattern, name: str, frames: Frames, unit: float, folder: Path, error: Complaint
+) -> list[tuple[str, PoseMatrix]]:
+    """Label `2,3` and pose (4, 4) in {s} of every place, in the order in which they are gone to.
+
+    Args:
+        pattern: of the file.
+        name: of it.
+        frames: of the job.
+        unit: of lengths in the files that it names [m].
+        folder: to which their paths are relative.
+        error: makes the complaint about a key.
+
+    Raises:
+        JobError: not one pitch for each count, not one to three of them, or too many places.
+        FileError: the file of places cannot be read; it names line and column.
+    """
+    if pattern.file is not None:
+        if pattern.count or pattern.pitch:
+            raise error("job.pattern_file", ("pattern", name))
+        given = frames.place(msgspec.structs.replace(pattern, frame=None), ("pattern", name))
+        rows = _of_file(folder / pattern.file, unit, degrees=frames.degrees)
+        rows[:, :3, 3] += given[:3, 3]
+        rows[:, :3, :3] = rows[:, :3, :3] @ given[:3, :3]
+        around = np.eye(4) if pattern.frame is None else frames.pose(pattern.frame, ("pattern", name, "frame"))
+        return [(str(k + 1), T) for k, T in enumerate(around @ rows)]
+    if not 1 <= len(pattern.count) <= 3 or len(pattern.pitch) != len(pattern.count):
+        raise error("job.pattern_pitch", ("pattern", name), count=len(pattern.count), pitch=len(pattern.pitch))
+    if prod(pattern.count) > MOST_PLACES:
+        raise error("job.too_many_places", ("pattern", name, "count"), places=prod(pattern.count), most=MOST_PLACES)
+    origin = frames.place(pattern, ("pattern", name))
+    found: list[tuple[str, PoseMatrix]] = []
+    backwards = pattern.order == "snake"
+    for row, above in enumerate(product(*(range(count) for count in reversed(pattern.count[1:])))):
+        along = range(pattern.count[0])
+        for first in reversed(along) if backwards and row % 2 else along:
+            index = (first, *reversed(above))
+            T = np.array(origin)
+            steps = np.array([k * pitch for k, pitch in zip(index, pattern.pitch, strict=True)])
+            T[:3, 3] += T[:3, : len(steps)] @ steps
+            found.append((",".join(str(k + 1) for k in index), T))
+    return found
+
+
+def _of_file(path: Path, unit: float, *, degrees: bool) -> PoseMatrix:
+    """(m, 4, 4) of the rows of a file."""
+    table = read_csv_table(path, fewest=1)
+    turned = any(table.column(name) is not None for name in ANGLES)
+    columns = list[int]()
+    for name in ("x", "y", "z", *(ANGLES if turned else ())):
+        column = table.column(name)
+        if column is None:
+            raise table.no_column(name)
+        columns.append(column)
+    values = table.numbers(columns)
+    T = np.tile(np.eye(4), (len(values), 1, 1))
+    T[:, :3, 3] = unit * values[:, :3]
+    if turned:
+        T[:, :3, :3] = rotation.from_rpy(np.radians(values[:, 3:]) if degrees else values[:, 3:])
+    return T

@@ -1,33 +1,31 @@
-"""A job file as a job: names looked up, frames resolved, loops unrolled."""
+"""A job file as a job: names looked up, frames resolved, loops unrolled, choices as forks; of other robots too."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
 
 from mafsil.arrays import PoseMatrix
-from mafsil.job.description import TIP_PATHS, UNNAMED, Goal, Grasp, Head, Job, Move, Pose, Start, Step
-from mafsil.job.language.frames import Complaint, Frames, pose_of
-from mafsil.job.language.patterns import places
-from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, Statement
-from mafsil.job.language.units import MILLIMETRE
-from mafsil.job.lines import Path
-from mafsil.job.other_robot import OtherMove, OtherRobot
-from mafsil.job.payload import is_possible
-from mafsil.job.signals import Fork
+from mafsil.job.language.description import TIP_PATHS, UNNAMED, Goal, Grasp, Head, Job, Move, Pose, Start, Step
+from mafsil.job.language.frames import Complaint, Frames, places, pose_of
+from mafsil.job.language.move_checks import check_pose
+from mafsil.job.language.part import Fork
+from mafsil.job.language.statements import JobFile, OtherProgram, OtherStatement, Placed, PlacedGoal, Statement
+from mafsil.job.language.surrounding_tables import OtherAction, OtherMove, OtherPlace, OtherRobot
+from mafsil.job.language.text import Keys
+from mafsil.job.language.units import MILLIMETRE, is_possible
 from mafsil.messages.visible import visible
 
 MOST_MOVES = 200_000
 """After all loops are unrolled."""
-
 Named = TypeVar("Named")
 AnyMove = TypeVar("AnyMove", Move, OtherMove)
 
 
-def resolve(file: JobFile, others: tuple[OtherRobot, ...], folder: FilePath, error: Complaint) -> Job:
+def resolve(file: JobFile, others: tuple[OtherRobot, ...], folder: Path, error: Complaint) -> Job:
     """The job that a file asks for.
 
     1. Frames, each in {s}.
@@ -69,7 +67,7 @@ def move_name(name: str, place: str) -> str:
     return f"{name} ({place})" if name and place else name or place
 
 
-def past(moves: list[tuple[AnyMove, Path]], other: int) -> list[tuple[AnyMove, Path]]:
+def past(moves: list[tuple[AnyMove, Keys]], other: int) -> list[tuple[AnyMove, Keys]]:
     """Moves of one way, those that end it passing over as many of the other.
 
     Args:
@@ -97,7 +95,7 @@ class _Resolver:
         error: makes the complaint about a key.
     """
 
-    def __init__(self, file: JobFile, frames: Frames, folder: FilePath, error: Complaint) -> None:
+    def __init__(self, file: JobFile, frames: Frames, folder: Path, error: Complaint) -> None:
         self.file, self.frames, self.error, self.count = file, frames, error, 0
         # 2
         unit = MILLIMETRE if file.lengths == "millimetres" else 1.0
@@ -106,8 +104,8 @@ class _Resolver:
         }
 
     def unroll(
-        self, statements: tuple[Statement, ...], path: Path, frames: Frames, place: str
-    ) -> Iterator[tuple[Move, Path]]:
+        self, statements: tuple[Statement, ...], path: Keys, frames: Frames, place: str
+    ) -> Iterator[tuple[Move, Keys]]:
         """Moves of statements, with where they stand in the file."""
         for k, statement in enumerate(statements):
             here = (*path, k)
@@ -130,8 +128,8 @@ class _Resolver:
             yield from ways[1]
 
     def loop(
-        self, statement: Statement, inner: tuple[Statement, ...], path: Path, frames: Frames, place: str
-    ) -> Iterator[tuple[Move, Path]]:
+        self, statement: Statement, inner: tuple[Statement, ...], path: Keys, frames: Frames, place: str
+    ) -> Iterator[tuple[Move, Keys]]:
         """Moves of all rounds of a loop; with `while` each begins with a fork past all that is left."""
         rounds = self.all_rounds(statement, inner, path, frames, place)
         if not statement.while_:
@@ -147,15 +145,15 @@ class _Resolver:
             left -= len(moves) + 1
 
     def all_rounds(
-        self, statement: Statement, inner: tuple[Statement, ...], path: Path, frames: Frames, place: str
-    ) -> Iterator[list[tuple[Move, Path]]]:
+        self, statement: Statement, inner: tuple[Statement, ...], path: Keys, frames: Frames, place: str
+    ) -> Iterator[list[tuple[Move, Keys]]]:
         """Moves of each round of a loop."""
         for _ in range(statement.repeat or 1):
             for label, poses in self.rounds(statement, path):
                 both = " ".join(word for word in (place, label) if word)
                 yield list(self.unroll(inner, (*path, "do"), frames.inside(poses), both))
 
-    def rounds(self, statement: Statement, path: Path) -> list[tuple[str, dict[str, PoseMatrix]]]:
+    def rounds(self, statement: Statement, path: Keys) -> list[tuple[str, dict[str, PoseMatrix]]]:
         """Label and frames of each round of a loop; one without both of a plain one."""
         if statement.each is None:
             return [("", {})]
@@ -172,7 +170,7 @@ class _Resolver:
             for together in zip(*found, strict=True)
         ]
 
-    def move(self, statement: Statement, path: Path, frames: Frames, place: str) -> Move:
+    def move(self, statement: Statement, path: Keys, frames: Frames, place: str) -> Move:
         """One move, its name with the place of the loop."""
         given: dict[str, Any] = {each: getattr(statement, each) for each in Step.__struct_fields__}
         given["name"] = move_name(statement.name, place)
@@ -199,7 +197,7 @@ class _Resolver:
         return Move(**given)
 
     def via(
-        self, given: tuple[float, ...] | Placed | str, statement: Statement, path: Path, frames: Frames
+        self, given: tuple[float, ...] | Placed | str, statement: Statement, path: Keys, frames: Frames
     ) -> tuple[float, ...] | Pose:
         """A point on the way: of a path of the tip a pose, else joint coordinates."""
         if isinstance(given, str) and statement.path in TIP_PATHS:
@@ -215,19 +213,19 @@ class _Resolver:
         assert found is not None
         return found
 
-    def joints(self, given: tuple[float, ...] | str | None, path: Path) -> tuple[float, ...] | None:
+    def joints(self, given: tuple[float, ...] | str | None, path: Keys) -> tuple[float, ...] | None:
         """Joint coordinates, of a name those that it names."""
         return (
             self.looked_up(given, self.file.configuration, "configuration", path) if isinstance(given, str) else given
         )
 
-    def tool(self, given: str | None, path: Path) -> str | None:
+    def tool(self, given: str | None, path: Keys) -> str | None:
         """The name of a tool that there is."""
         if given is not None:
             self.looked_up(given, self.file.tools, "tools", path)
         return given
 
-    def part(self, given: Grasp | str | None, path: Path) -> Grasp | None:
+    def part(self, given: Grasp | str | None, path: Keys) -> Grasp | None:
         """What is picked, of a name the part that it names."""
         if isinstance(given, str):
             named = self.looked_up(given, self.file.part, "part", path)
@@ -250,14 +248,14 @@ class _Resolver:
             elif given.at is not None:
                 yield part, pose_of(self.frames.place(given.at, path)), carrier
 
-    def goal(self, given: PlacedGoal | str | None, path: Path, frames: Frames) -> Goal | None:
+    def goal(self, given: PlacedGoal | str | None, path: Keys, frames: Frames) -> Goal | None:
         """A goal, of a name the pose that it names."""
         if isinstance(given, str):
             named = self.looked_up(given, self.file.pose, "pose", path)
             return frames.goal(named, ("pose", given))
         return None if given is None else frames.goal(given, path)
 
-    def looked_up(self, name: str, table: Mapping[str, Named], kind: str, path: Path) -> Named:
+    def looked_up(self, name: str, table: Mapping[str, Named], kind: str, path: Keys) -> Named:
         """What a name means.
 
         Raises:
@@ -267,3 +265,95 @@ class _Resolver:
             known = ", ".join(map(visible, table)) or "-"
             raise self.error("job.unknown_name", path, table=kind, given=visible(name), known=known)
         return table[name]
+
+
+ACTIONS = ("joints", "pose", "pause", "set", "wait", "do", "if_")
+
+
+def other_robots(programs: tuple[OtherProgram, ...], error: Complaint) -> tuple[OtherRobot, ...]:
+    """The robots beside that of a job.
+
+    Args:
+        programs: as the file has them, checked.
+        error: makes the complaint about a key.
+
+    Raises:
+        JobError: too many moves.
+    """
+    found: list[OtherRobot] = []
+    for k, program in enumerate(programs):
+        moves: list[OtherMove] = []
+        for move, _ in _unroll(program.move, ()):
+            moves.append(move)
+            if len(moves) > MOST_MOVES:
+                raise error("job.too_many_moves", ("other_robot", k, "move"), most=MOST_MOVES)
+        place: dict[str, Any] = {name: getattr(program, name) for name in OtherPlace.__struct_fields__}
+        found.append(OtherRobot(**place, move=tuple(moves)))
+    return tuple(found)
+
+
+def check_programs(programs: tuple[OtherProgram, ...], error: Complaint) -> None:
+    """Refuse steps that are not exactly one thing, loops and choices without moves.
+
+    Args:
+        programs: as the file has them.
+        error: makes the complaint about a key.
+
+    Raises:
+        JobError: naming the key.
+    """
+    for k, program in enumerate(programs):
+        _check_moves(program.move, ("other_robot", k, "move"), error)
+
+
+def _unroll(statements: tuple[OtherStatement, ...], path: Keys) -> Iterator[tuple[OtherMove, Keys]]:
+    """Moves of statements, with where they stand under the moves of their robot."""
+    for k, each in enumerate(statements):
+        here = (*path, k)
+        if each.do is not None:
+            yield from _rounds(each, each.do, here)
+        elif each.then is not None:
+            ways = [
+                list(_unroll(inner, (*here, key))) for key, inner in (("then", each.then), ("else", each.else_ or ()))
+            ]
+            yield OtherMove(fork=Fork(tests=each.if_, skip=len(ways[0]), other=bool(ways[1])), origin=here), here
+            yield from past(ways[0], len(ways[1]))
+            yield from ways[1]
+        else:
+            plain: dict[str, Any] = {name: getattr(each, name) for name in OtherAction.__struct_fields__}
+            yield OtherMove(**plain, origin=here), here
+
+
+def _rounds(each: OtherStatement, inner: tuple[OtherStatement, ...], path: Keys) -> Iterator[tuple[OtherMove, Keys]]:
+    """Moves of all rounds of a loop; with `while` each begins with a fork past all that is left."""
+    count = each.repeat or 1
+    once = list(_unroll(inner, (*path, "do")))
+    for turn in range(count):
+        if each.while_:
+            left = (count - turn) * (len(once) + 1)
+            yield OtherMove(fork=Fork(tests=each.while_, skip=left - 1, loop=True), origin=path), path
+        yield from once
+
+
+def _check_moves(statements: tuple[OtherStatement, ...], path: Keys, error: Complaint) -> None:
+    for k, each in enumerate(statements):
+        here = (*path, k)
+        given = [name for name in ACTIONS if getattr(each, name) not in (None, {})]
+        branches, turns = each.then is not None or each.else_ is not None, each.repeat is not None or each.while_
+        if len(given) != 1 or (branches and not each.if_) or (turns and each.do is None):
+            raise error("job.other_move", here)
+        if each.pose is not None:
+            check_pose(each.pose, (*here, "pose"), {"position": ()}, error)
+        if each.do is not None:
+            if each.repeat is None or not each.do:
+                raise error("job.loop_endless" if each.while_ and each.do else "job.other_loop", here)
+            _check_moves(each.do, (*here, "do"), error)
+        if each.if_:
+            _check_branches(each, here, error)
+
+
+def _check_branches(choice: OtherStatement, path: Keys, error: Complaint) -> None:
+    if not choice.then or choice.else_ == ():
+        raise error("job.choice_empty", path)
+    _check_moves(choice.then, (*path, "then"), error)
+    _check_moves(choice.else_ or (), (*path, "else"), error)

@@ -6,10 +6,9 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
-from mafsil.job.constraint_table import PlacedConstraints
-from mafsil.job.description import BranchChoice, Four, Grasp, Head, Obstacle, Part, Step, Task, Three
-from mafsil.job.other_robot import OtherAction, OtherPlace
-from mafsil.job.signals import Test
+from mafsil.job.language.description import BranchChoice, Four, Grasp, Head, Obstacle, Part, Step, Task, Three
+from mafsil.job.language.part import Test
+from mafsil.job.language.surrounding_tables import OtherAction, OtherPlace, PlacedConstraints
 
 Count: TypeAlias = Annotated[int, msgspec.Meta(ge=1, le=100_000)]
 
