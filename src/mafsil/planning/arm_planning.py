@@ -194,7 +194,7 @@ def _between(
     if len(rules) > 1 and not constraints:
         # What the best paths need is what any path needs, and that is found soon.
         path, _, _ = search(checker, q, goals, seed, *half, 0, rules[0])
-        rules = rules[:1] if path is not None else rules[1:]
+        rules = (rules[0 if path is not None else 1],)
         half = max(seconds - (perf_counter() - begun), 0.5 * seconds), nodes
     asked = asked._replace(goals=goals[refused], seconds=half[0], nodes=half[1])
     found = _search(asked, goals, roadmap, constraints, rules[0], begun)
