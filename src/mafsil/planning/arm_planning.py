@@ -191,15 +191,16 @@ def _between(
         loops = checker.robot.mechanism.loops
         raise InputError("planning.loops_planner" if loops else "planning.constraint_planner", planner=planner)
     # 3., 4.
-    if len(rules) > 1 and not constraints:
+    first, *others = rules
+    if others and not constraints:
         # What the best paths need is what any path needs, and that is found soon.
-        path, _, _ = search(checker, q, goals, seed, *half, 0, rules[0])
-        rules = rules[:1] if path is not None else rules[1:]
+        path, _, _ = search(checker, q, goals, seed, *half, 0, first)
+        first, others = first if path is not None else others[0], []
         half = max(seconds - (perf_counter() - begun), 0.5 * seconds), nodes
     asked = asked._replace(goals=goals[refused], seconds=half[0], nodes=half[1])
-    found = _search(asked, goals, roadmap, constraints, rules[0], begun)
-    if len(rules) > 1 and found.status is PlanningStatus.NOT_FOUND:
-        found = _search(asked, goals, roadmap, constraints, rules[1], begun)
+    found = _search(asked, goals, roadmap, constraints, first, begun)
+    if others and found.status is PlanningStatus.NOT_FOUND:
+        found = _search(asked, goals, roadmap, constraints, others[0], begun)
     # 5.
     if constraints:
         return found

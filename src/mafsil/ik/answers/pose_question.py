@@ -145,7 +145,7 @@ class LimitExcess:
         return say("ik.limit_excess", language=language, **vars(self))
 
 
-def _listed(numbers: list[int]) -> str:
+def number_list(numbers: list[int]) -> str:
     """Increasing numbers, runs of three and more as ranges: 1-4, 6, 7."""
     runs = np.split(np.array(numbers), np.flatnonzero(np.diff(numbers) != 1) + 1)
     return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)

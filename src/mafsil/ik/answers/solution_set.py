@@ -15,7 +15,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.ik.answers.branch import Branch, angle_units, solution_table
 from mafsil.ik.answers.candidate_table import CandidateTable
-from mafsil.ik.answers.pose_question import LimitExcess, PoseQuestion, SolutionFamily, _listed
+from mafsil.ik.answers.pose_question import LimitExcess, PoseQuestion, SolutionFamily, number_list
 from mafsil.ik.answers.setting import Setting, folding, nearly_there, structure_decides
 from mafsil.ik.refine import TURN
 from mafsil.ik.result import IKStatus
@@ -307,7 +307,7 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
         for family in self.families:
             alike.setdefault((family.joint, ", ".join(family.moving)), []).append(family.solution + 1)
         for (joint, moving), solutions in alike.items():
-            details = {"joint": joint, "moving": moving, "solutions": _listed(solutions)}
+            details = {"joint": joint, "moving": moving, "solutions": number_list(solutions)}
             lines.append(say("ik.family", language=language, **details))
         if not self._isolated:
             lines.extend(self._singular(language))
@@ -327,7 +327,7 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
             return []
         i = int(excess[on[most[on].argmax()]].argmax())
         scale, units = angle_units(self._setting.revolute, degrees=degrees)
-        details = {"solutions": _listed((on + 1).tolist()), "joint": self._setting.robot.joint_names[i]}
+        details = {"solutions": number_list((on + 1).tolist()), "joint": self._setting.robot.joint_names[i]}
         details |= {"excess": float(most[on].max() * scale[i]), "measured": ON_LIMIT * scale[i], "unit": units[i]}
         return [say("ik.on_limits", language=language, **details)]
 
@@ -384,7 +384,7 @@ class SolutionSet(Answer, data="complete in_doubt method q residual within", ent
             if joints := self.dependent(k):
                 alike.setdefault(joints, []).append(k + 1)
         return [
-            say("ik.singular", language=language, solutions=_listed(which), joints=", ".join(joints))
+            say("ik.singular", language=language, solutions=number_list(which), joints=", ".join(joints))
             for joints, which in alike.items()
         ]
 

@@ -9,7 +9,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.jerk.coordinate_loops import PIECES
-from mafsil.trajectory.jerk.plan_loops import PLANNED, TIME, _is_frozen, _outside, _stays, next_of, plan
+from mafsil.trajectory.jerk.plan_loops import PLANNED, TIME, is_frozen, is_outside, next_of, plan, stays
 from mafsil.trajectory.jerk.rest_loops import at_rest, plan_rest, rest_curves
 
 CANCELLED = 1e-15
@@ -243,7 +243,7 @@ def own_durations(states: Floats, limits: Floats, free: bool, own: Floats) -> No
     """
     for row in range(states.shape[0]):
         for i in range(states.shape[1]):
-            possible = _stays(states[row], i, free) if _is_frozen(limits, i) else not _outside(states[row], limits, i)
+            possible = stays(states[row], i, free) if is_frozen(limits, i) else not is_outside(states[row], limits, i)
             own[row, i] = next_of(states[row], limits, i, free, 0.0) if possible else inf
 
 

@@ -34,7 +34,7 @@ RANGES = 4
 
 
 @compiled
-def _outside(states: Floats, limits: Floats, i: int) -> bool:
+def is_outside(states: Floats, limits: Floats, i: int) -> bool:
     """Whether a target is not within its limits, or cannot have been reached from within them."""
     v, a = states[i, 4], states[i, 5]
     if a == 0.0:
@@ -69,13 +69,13 @@ def _keep(x: float, low: float, high: float) -> bool:
 
 
 @compiled
-def _is_frozen(limits: Floats, i: int) -> bool:
+def is_frozen(limits: Floats, i: int) -> bool:
     """No acceleration or no jerk in one direction: its velocity can only stay."""
     return limits[i, 2] == 0.0 or limits[i, 3] == 0.0 or limits[i, 4] == 0.0 or limits[i, 5] == 0.0
 
 
 @compiled
-def _stays(states: Floats, i: int, free: bool) -> bool:
+def stays(states: Floats, i: int, free: bool) -> bool:
     """Whether a frozen coordinate need not change its velocity."""
     v = states[i, 1]
     if states[i, 2] != 0.0 or states[i, 5] != 0.0 or v != states[i, 4]:
@@ -95,7 +95,7 @@ def next_of(states: Floats, limits: Floats, i: int, free: bool, T: float) -> flo
         free: whether the displacement does not matter.
         T: [s].
     """
-    if _is_frozen(limits, i):
+    if is_frozen(limits, i):
         D, v = states[i, 3] - states[i, 0], states[i, 1]
         if free or (v == 0.0 and D == 0.0):
             return T
@@ -116,7 +116,7 @@ def shortest_of(states: Floats, limits: Floats, i: int) -> tuple[float, float]:
         limits: (n, 6).
         i: the coordinate.
     """
-    if _is_frozen(limits, i):
+    if is_frozen(limits, i):
         return next_of(states, limits, i, False, 0.0), 0.0
     w = task_of(states, limits, i)
     T = next_duration(w, 0.0)
@@ -136,7 +136,7 @@ def _write(
     jerks: Floats,
 ) -> int:
     """The pieces of one coordinate; their number is 0 if it cannot have this duration, of which it may be sure."""
-    if _is_frozen(limits, i):
+    if is_frozen(limits, i):
         times[i, 0], jerks[i, 0] = T, 0.0
         D = states[i, 3] - states[i, 0]
         return 1 if free or abs(states[i, 1] * T - D) <= ROUNDING * abs(D) else 0
@@ -224,7 +224,7 @@ def _along_line(
 ) -> float:
     """All coordinates along the line; its duration, or -1 if the states do not lie on it or it cannot be kept."""
     x, bounds = scratch[4:5, :6], scratch[5:6, :6]
-    if not _line(states, limits, x, bounds) or _is_frozen(bounds, 0) or _outside(x, bounds, 0):
+    if not _line(states, limits, x, bounds) or is_frozen(bounds, 0) or is_outside(x, bounds, 0):
         return -1.0
     T, pieces = _in_time(x, bounds, 0, False, minimum, cycle, scratch, times, jerks)
     if not T < inf:
@@ -272,10 +272,10 @@ def plan(
         total = states[i, 0] + states[i, 1] + states[i, 2] + states[i, 3] + states[i, 4] + states[i, 5]
         if not isfinite(total):
             return NOT_FINITE, i, mode, inf
-        if _is_frozen(limits, i):
-            if not _stays(states, i, free):
+        if is_frozen(limits, i):
+            if not stays(states, i, free):
                 return FROZEN, i, mode, inf
-        elif _outside(states, limits, i):
+        elif is_outside(states, limits, i):
             return TARGET_OUTSIDE, i, mode, inf
     # 2. Along a line, or each for itself.
     if mode == PHASE and not free:
