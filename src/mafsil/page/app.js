@@ -5,10 +5,11 @@ import { bytes, loadKernels } from "./core/kernels.js";
 import { Store } from "./core/store.js";
 import { VIEWS } from "./core/views.js";
 import { Words } from "./core/words.js";
+import { isLed } from "./loops/follow.js";
 import { Player } from "./stage/player.js";
 import { Stage } from "./stage/stage.js";
 import { Tree } from "./tree.js";
-import { element, sentence } from "./views/elements.js";
+import { element, saveFile, sentence } from "./views/elements.js";
 
 const SMOOTHING = 0.1;
 const KEPT = 500; // ms after which what a reload comes back to is kept
@@ -64,6 +65,7 @@ export class App {
     click("home", () => { stage.home(); this.draw(); });
     click("undo", () => store.undo());
     click("share", () => this.share());
+    click("image", async () => saveFile(`${this.data.robot.name}.png`, await stage.photograph(), "image/png"));
     click("theme", () => this.paintTheme(THEMES[(THEMES.indexOf(store.shown.theme) + 1) % THEMES.length]));
     click("angles", () => this.measure({ angle: store.shown.angle === "rad" ? "deg" : "rad" }));
     click("lengths", () => this.measure({ length: store.shown.length === "m" ? "mm" : "m" }));
@@ -164,7 +166,7 @@ export class App {
     root.lang = words.chosen;
     root.dir = words.direction;
     document.title = data.titles?.[words.chosen] ?? `${data.robot.name} · mafsil`;
-    for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(words, place.dataset.say === "hint" && store.arm.settings.driven ? "hint_loops" : place.dataset.say));
+    for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(words, place.dataset.say === "hint" && !isLed(store.arm) ? "hint_loops" : place.dataset.say));
     for (const place of document.querySelectorAll("[data-label]")) place.setAttribute("aria-label", words.text(place.dataset.label));
     for (const [id, prismatic] of [["angles", false], ["lengths", true]]) byId(id).textContent = this.unit(prismatic).sign;
     this.stage.compass.speak((way) => words.text("look_along", { way }));

@@ -50,8 +50,15 @@ opened(whole, (store) => new ServerLink(store, whole.actions, serverTransport(),
       if (!job || job === seen) return;
       if (!seen && job.file) app.turn("job");
       seen = job;
-      if (job.around) app.player.surround(job.around);
       if (job.title) written(document.querySelector("#name h1 bdi"), job.title);
+    } });
+    /** What stands around the arm: that of the recording that is shown, else that of the job. */
+    let around = null;
+    app.join({ update: () => {
+      const { shown: { replay, left } } = app.store, wanted = (replay ?? left)?.first.scenery ?? app.link.heard.get("job")?.around;
+      if (!wanted || wanted === around) return;
+      around = wanted;
+      app.player.surround(around);
     } });
     /** The text of the job follows a target that was placed; what is relative stays where it was. */
     app.placed = (k, position) => {

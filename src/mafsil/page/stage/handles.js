@@ -20,10 +20,10 @@ const onCircle = (centre, u, v, radius, angle) => Vector.plus(Vector.plus(centre
 const sideways = (axis) => Vector.unit(Vector.cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
 
 /** The handles of a pose: each with the points of its line in the picture. @param {ArrayLike<number>} T @param {object} stage */
-function handlesOf(T, { camera, width, height }) {
+function handlesOf(T, { camera, width, height, app }) {
   const at = originOf(T), pixel = camera.reach(camera.project(at, width, height).depth, height);
   const shifts = [0, 1, 2].map((axis) => ({ kind: "shift", axis, points: [0.35, 1].map((share) => Vector.plus(at, columnOf(T, axis), share * LONG * pixel)) }));
-  const turns = [0, 1, 2].map((axis) => ({ kind: "turn", axis, points: Array.from({ length: STEPS + 1 }, (_, k) => onCircle(at, columnOf(T, (axis + 1) % 3), columnOf(T, (axis + 2) % 3), WIDE * pixel, 2 * Math.PI * k / STEPS)) }));
+  const { driven } = app.store.arm.settings, turns = (driven && driven.length < 6 ? [] : [0, 1, 2]).map((axis) => ({ kind: "turn", axis, points: Array.from({ length: STEPS + 1 }, (_, k) => onCircle(at, columnOf(T, (axis + 1) % 3), columnOf(T, (axis + 2) % 3), WIDE * pixel, 2 * Math.PI * k / STEPS)) }));
   return [...shifts, ...turns];
 }
 

@@ -52,7 +52,9 @@ export class Player {
   /** Something else stands around the arm. @param {object} around  as a page carries it */
   surround(around) {
     const { planned } = this.scenery ?? {};
-    this.scenery = Object.assign(new Scenery(this.app.stage.figure, around, this.app.stage.kind === "flat"), { planned });
+    this.scenery = new Scenery(this.app.stage.figure, around, this.app.stage.kind === "flat");
+    this.period = around.period;
+    if (!around.frames) this.scenery.planned = planned;
     this.app.tree.speak();
     if (this.app.stage.framed) this.app.stage.frame();
     this.app.draw();

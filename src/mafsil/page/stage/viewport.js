@@ -119,6 +119,7 @@ export class Viewport {
     let gap = 0;
     canvas.addEventListener("pointerdown", (event) => {
       held.set(event.pointerId, event);
+      canvas.parentElement.classList.add("known"); // how it is led needs no hint any more
       canvas.setPointerCapture(event.pointerId);
       gap = 0;
       if (held.size === 1 && event.button === 0) this.grab(event);

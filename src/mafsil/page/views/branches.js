@@ -2,7 +2,7 @@
 
 import { view } from "../core/views.js";
 import { hereOf, lifted } from "../core/state.js";
-import { branchesAt, nearestRow, swung, tipPose } from "../loops/reach.js";
+import { branchesAt, excessOf, nearestRow, swung, tipPose } from "../loops/reach.js";
 import { element, isolated, number, sentence, written } from "./elements.js";
 
 view({
@@ -12,6 +12,7 @@ view({
   open: true,
   mount(place, app) {
     const { store, words, data } = app, { arm } = store, inUnits = (q) => q.map((value, k) => number(value * app.unit(data.robot.joints[arm.settings.places[k]].prismatic).factor, Math.max(1, app.unit(false).digits - 1)));
+    const inUnit = ({ excess, prismatic }) => { const { sign, factor, digits } = app.unit(prismatic); return `${number(excess * factor, digits)} ${sign}`; };
     if (!arm.kernels.branches) {
       place.append(element("p", {}, sentence(words, "no_closed_form")));
       return () => {};
@@ -40,13 +41,16 @@ view({
         const same = branch.within && Math.hypot(...q.map((value, k) => value - here[k])) < 1e-6;
         button.disabled = !branch.within;
         button.setAttribute("aria-pressed", String(same));
-        written(name, `${row} · ` + (branch.solves ? data.branches[words.chosen][branch.code] : words.text("no_solution")));
-        const text = branch.within ? words.isolate(`(${inUnits(branch.q).join(", ")})`) : words.text("beyond", { excess: number(branch.excess, 3) });
+        written(name, `${row} · ` + (branch.solves ? branchName(data.branches[words.chosen], branch) : words.text("no_solution")));
+        const text = branch.within ? words.isolate(`(${inUnits(branch.q).join(", ")})`) : words.text("beyond", { excess: inUnit(excessOf(branch, arm.settings)) });
         written(state, branch.solves ? text : "");
       });
     };
   },
 });
+
+/** What a branch is called. @param {{sides: string[], roots: string[], joint: string}} names */
+export const branchName = ({ sides, roots, joint }, { code, row }) => [sides[code], roots[row]].filter(Boolean).join(joint);
 
 /** A slider that turns a free joint while the tool stays; where no configuration does, the arm stays, with the reason. */
 function swing(place, joint, app) {

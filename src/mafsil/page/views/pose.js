@@ -1,6 +1,7 @@
 // The tip's pose in several representations; numbers typed here lead the tool there.
 
 import { view } from "../core/views.js";
+import { isLed } from "../loops/follow.js";
 import { quaternionFrom, quaternionOf, rollPitchYaw, rotationVector } from "../core/rotations.js";
 import { element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
 
@@ -26,11 +27,12 @@ view({
       app.stage.drag.lead(values.slice(0, 3), quaternionFrom(values.slice(3)));
       store.release();
     }
-    for (const field of fields) field.disabled = Boolean(store.arm.settings.driven); // no pose leads loops here
+    const { driven } = store.arm.settings;
+    fields.forEach((field, k) => { field.disabled = !isLed(store.arm) || (k > 2 && driven?.length < 6); });
     const grid = element("div", { class: "fields", dir: "ltr" });
     FIELDS.forEach((name, k) => grid.append(element("label", {}, `${name} [${units[k].sign}]`, fields[k])));
     const quaternion = isolated(""), vector = isolated("");
-    const list = element("dl", {});
+    const list = element("dl", { class: "tall" });
     for (const [key, value] of [["quaternion", quaternion], ["rotation_vector", vector]]) list.append(element("dt", {}, sentence(words, key)), element("dd", {}, value));
     place.append(grid, element("div", { class: "wide", dir: "ltr", tabindex: 0, role: "group", "aria-label": words.text("view_pose") }, T_sb.math), list);
     return () => {

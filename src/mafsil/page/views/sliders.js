@@ -18,7 +18,7 @@ view({
       const free = joint.prismatic ? data.scene.size : FREE, low = lower[k] ?? -free, high = upper[k] ?? free, { sign, factor, digits } = app.unit(joint.prismatic);
       const set = (value, gesture) => store.do("set_joint", { joint: k, value }, { gesture });
       const range = element("input", { type: "range", min: low, max: high, step: "any", dir: "ltr", "aria-label": joint.name, oninput: (event) => set(Number(event.target.value), true), onchange: () => store.release() });
-      const bounds = `${number((lower[k] ?? -Infinity) * factor, digits)} … ${number((upper[k] ?? Infinity) * factor, digits)} ${sign}`;
+      const bounds = lower[k] === null && upper[k] === null ? words.text("no_limits") : `${number((lower[k] ?? -Infinity) * factor, digits)} … ${number((upper[k] ?? Infinity) * factor, digits)} ${sign}`;
       const value = isolated("", { class: "soft" });
       const typed = () => {
         const value = field.value === "" ? NaN : Number(field.value) / factor, most = Math.max(MOST_TURNS * FREE, data.scene.size * 10);
@@ -30,7 +30,7 @@ view({
       const field = element("input", { type: "number", step: "any", dir: "ltr", "aria-label": `${joint.name} [${sign}]`, onchange: typed, onblur: () => { field.removeAttribute("aria-invalid"); app.draw(); } });
       const name = isolated(joint.name, { class: "name", title: joint.name }), passive = driven && !driven.includes(k);
       const touch = (touched) => () => store.show({ touched });
-      const row = element("div", { class: "joint", onpointerenter: touch(k), onpointerleave: touch(-1), onfocusin: touch(k), onfocusout: touch(-1) }, name, ...(passive ? [value] : [field, range, isolated(bounds, { class: "soft" })]));
+      const row = element("div", { class: "joint", onpointerenter: touch(k), onpointerleave: touch(-1), onfocusin: touch(k), onfocusout: touch(-1) }, name, ...(passive ? [value] : [field, range, isolated(bounds, { class: "soft bounds", title: free === high ? words.text("slider_ends", { end: words.isolate(`${number(free * factor, digits)} ${sign}`) }) : "" })]));
       (passive ? followers : place).append(row);
       return { row, range, field, value, sign, factor, digits: digits + 2 };
     });
