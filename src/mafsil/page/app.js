@@ -14,7 +14,10 @@ import { element, saveFile, sentence } from "./views/elements.js";
 const SMOOTHING = 0.1;
 const KEPT = 500; // ms after which what a reload comes back to is kept
 const TABS = ["move", "analyse", "job", "model", "code"];
-const UNITS = { rad: { sign: "rad", factor: 1, digits: 3 }, deg: { sign: "°", factor: 180 / Math.PI, digits: 1 }, m: { sign: "m", factor: 1, digits: 3 }, mm: { sign: "mm", factor: 1000, digits: 1 } };
+const UNITS = {
+  rad: { sign: "rad", factor: 1, digits: 3 }, deg: { sign: "°", factor: 180 / Math.PI, digits: 1 }, m: { sign: "m", factor: 1, digits: 3 },
+  mm: { sign: "mm", factor: 1000, digits: 1 }
+};
 const THEMES = ["system", "light", "dark"], SIGNS = { system: "◐", light: "☀", dark: "☾" };
 const byId = (id) => document.getElementById(id);
 
@@ -157,7 +160,11 @@ export class App {
       this.turn(this.tabs[at]);
       byId("tabs").children[at].focus();
     };
-    byId("tabs").replaceChildren(...this.tabs.map((tab, k) => element("button", { type: "button", role: "tab", "data-tab": tab, "aria-controls": "views", onclick: () => this.turn(tab), onkeydown: (event) => step(event, k) }, sentence(this.words, `tab_${tab}`))));
+    byId("tabs").replaceChildren(...this.tabs.map((tab, k) => element(
+      "button",
+      { type: "button", role: "tab", "data-tab": tab, "aria-controls": "views", onclick: () => this.turn(tab), onkeydown: (event) => step(event, k) },
+      sentence(this.words, `tab_${tab}`)
+    )));
   }
 
   /** All views, in the language that is chosen. */
@@ -166,7 +173,9 @@ export class App {
     root.lang = words.chosen;
     root.dir = words.direction;
     document.title = data.titles?.[words.chosen] ?? `${data.robot.name} · mafsil`;
-    for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(words, place.dataset.say === "hint" && !isLed(store.arm) ? "hint_loops" : place.dataset.say));
+    for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(
+      words, place.dataset.say === "hint" && !isLed(store.arm) ? "hint_loops" : place.dataset.say
+    ));
     for (const place of document.querySelectorAll("[data-label]")) place.setAttribute("aria-label", words.text(place.dataset.label));
     for (const [id, prismatic] of [["angles", false], ["lengths", true]]) byId(id).textContent = this.unit(prismatic).sign;
     this.stage.compass.speak((way) => words.text("look_along", { way }));
@@ -174,7 +183,10 @@ export class App {
     this.updates = [];
     panel.replaceChildren();
     for (const view of VIEWS.filter((one) => one.wanted?.(store.arm, data) ?? true)) {
-      const card = element("details", { id: `view-${view.name}`, open: open ? open.has(view.name) : view.open ?? false, ontoggle: () => this.draw() }, element("summary", {}, view.title?.[words.chosen] ?? sentence(words, `view_${view.name}`)));
+      const card = element(
+        "details", { id: `view-${view.name}`, open: open ? open.has(view.name) : view.open ?? false, ontoggle: () => this.draw() },
+        element("summary", {}, view.title?.[words.chosen] ?? sentence(words, `view_${view.name}`))
+      );
       const place = element("div", {});
       card.append(place);
       panel.append(card);

@@ -32,13 +32,19 @@ export class Player {
     at("flags").append(...this.flags);
     at("lanes").append(...lanesOf(app.data));
     this.listen();
-    app.join({ tick: ({ store }, now) => goOn(store, now), update: () => this.update(), items: (stage) => this.items(stage), along: () => this.along(), outermost: () => this.scenery?.outermost() ?? [] });
+    app.join({
+      tick: ({ store }, now) => goOn(store, now), update: () => this.update(), items: (stage) => this.items(stage),
+      along: () => this.along(), outermost: () => this.scenery?.outermost() ?? []
+    });
   }
 
   /** The run that the page carries, from its beginning or from where the address says. */
   open(tape) {
     const { store } = this.app, q = floats(tape.q), { n } = store.arm.settings;
-    const first = { t: Array.from({ length: tape.frames }, (_, k) => Math.min(k * tape.period, tape.end)), q: Array.from({ length: tape.frames }, (_, k) => q.subarray(n * k, n * k + n)) };
+    const first = {
+      t: Array.from({ length: tape.frames }, (_, k) => Math.min(k * tape.period, tape.end)),
+      q: Array.from({ length: tape.frames }, (_, k) => q.subarray(n * k, n * k + n))
+    };
     this.period = tape.period;
     const moment = new URLSearchParams(wantedState()).get("t"), still = moment !== null || matchMedia("(prefers-reduced-motion: reduce)").matches;
     store.show({ replay: posed({ first, second: null, time: Math.min(lengthOf(first), Number(moment) || 0), playing: !still }) });
@@ -138,14 +144,20 @@ export class Player {
   items(stage) {
     const { store } = this.app;
     if (!this.scenery) return [];
-    const tip = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), frame = this.replay ? this.replay.time / this.period : 0, list = this.scenery.items(frame, tip, stage.colours.accent, store.shown);
+    const tip = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), frame = this.replay ? this.replay.time / this.period : 0,
+      list = this.scenery.items(
+      frame, tip, stage.colours.accent, store.shown
+    );
     return store.shown.replay ? [...list, ...stage.push(tip, this.scenery.force(frame)).map((one) => ({ ...one, over: true }))] : list;
   }
 }
 
 /** Strips over time that turn red: where something comes nearer than four times the clearance, where limits are used up. */
 function lanesOf({ time, plots = [] }) {
-  const heat = { clearance: (row, [bound]) => (4 * Math.max(bound, 1e-3) - row[0]) / (3 * Math.max(bound, 1e-3)), limit_used: (row) => (Math.max(...row.filter(Number.isFinite)) - 60) / 40 };
+  const heat = {
+    clearance: (row, [bound]) => (4 * Math.max(bound, 1e-3) - row[0]) / (3 * Math.max(bound, 1e-3)),
+    limit_used: (row) => (Math.max(...row.filter(Number.isFinite)) - 60) / 40
+  };
   return plots.filter(({ column }) => column in heat).map(({ column, values, limits, names }) => {
     const t = floats(time), numbers = floats(values), width = names.length, lane = element("i", { "data-lane": column });
     const row = (k) => Array.from(numbers.subarray(k * width, k * width + width)), bound = (k) => (width > 1 ? row(k)[1] : limits?.[0][0] ?? 0);
@@ -154,7 +166,8 @@ function lanesOf({ time, plots = [] }) {
       const stop = Math.min(STOPS - 1, Math.floor(STOPS * t[k] / (t.at(-1) || 1)));
       hot[stop] = Math.max(hot[stop], Math.min(1, heat[column](row(k), [bound(k)]) || 0));
     }
-    lane.style.background = `linear-gradient(to right, ${hot.map((share) => `color-mix(in srgb, var(--${column === "clearance" ? "bad" : "accent"}) ${Math.round(100 * share)}%, var(--good-soft))`).join(", ")})`;
+    lane.style.background = `linear-gradient(to right, ${hot
+      .map((share) => `color-mix(in srgb, var(--${column === "clearance" ? "bad" : "accent"}) ${Math.round(100 * share)}%, var(--good-soft))`).join(", ")})`;
     return lane;
   });
 }

@@ -51,7 +51,8 @@ export class Stage extends Viewport {
     const places = [...new Set(figure.parts.map(({ link }) => link))].map((link) => items.filter((_, k) => figure.parts[k]?.link === link));
     const seen = places.map(around).map((points) => ({ points, places: camera.projected(points, width, height) }));
     const within = (places, way, at) => Math.min(...places.map((one) => one[way])) < at && at < Math.max(...places.map((one) => one[way]));
-    const under = seen.filter(({ places }) => within(places, "x", offsetX) && within(places, "y", offsetY)).sort((a, b) => Math.min(...a.places.map((one) => one.depth)) - Math.min(...b.places.map((one) => one.depth)));
+    const under = seen.filter(({ places }) => within(places, "x", offsetX) && within(places, "y", offsetY))
+      .sort((a, b) => Math.min(...a.places.map((one) => one.depth)) - Math.min(...b.places.map((one) => one.depth)));
     if (!under.length) this.frame();
     else {
       this.framed = false;
@@ -108,7 +109,10 @@ export class Stage extends Viewport {
       const q = lifted(arm.settings, here, branch.q);
       if (!shown.wish && Math.hypot(...q.map((value, k) => value - here[k])) < 1e-6) return [];
       const poses = arm.kernels.link_poses(q)[0], colour = this.colours[`s${branch.row % 8}`], middle = Math.floor(poses.length / 32) * 16;
-      this.named.push({ row: branch.row, place: [poses[middle + 3], poses[middle + 7], poses[middle + 11]], colour, text: branchName(data.branches[words.chosen], branch) });
+      this.named.push({
+        row: branch.row, place: [poses[middle + 3], poses[middle + 7], poses[middle + 11]], colour,
+        text: branchName(data.branches[words.chosen], branch)
+      });
       return this.figure.ghost(poses, colour);
     });
   }
@@ -121,7 +125,9 @@ export class Stage extends Viewport {
     const { state, shown, arm } = this.app.store, { figure, colours } = this, { J, n } = tipJacobian(state.q, arm);
     const { directions, velocities, forces } = tipEllipsoids(J, n, tip);
     const thin = figure.size * 0.002, most = Math.max(...forces.map((force) => force ?? 0)) || 1;
-    const drawn = (lengths, colour) => figure.ellipsoid([tip[3], tip[7], tip[11]], directions.map((way, k) => way.map((x) => x * Math.max(lengths[k], thin))), [...colour.slice(0, 3), 0.35]);
+    const drawn = (lengths, colour) => figure.ellipsoid(
+      [tip[3], tip[7], tip[11]], directions.map((way, k) => way.map((x) => x * Math.max(lengths[k], thin))), [...colour.slice(0, 3), 0.35]
+    );
     const list = [];
     if (shown.ellipsoid) list.push(drawn(velocities.map((velocity) => 0.2 * velocity), colours.s0));
     if (shown.forces) list.push(drawn(forces.map((force) => FORCES * figure.size * ((force ?? 0) / most)), colours.s1));
@@ -204,7 +210,8 @@ export class Stage extends Viewport {
 function freePlace(x, y, width, height, taken) {
   const inside = (at, size) => Math.min(Math.max(at, DOT / 2), size - DOT / 2);
   for (let ring = 0; ; ring++) for (let k = 0; k < Math.max(1, 8 * ring); k++) {
-    const turn = (2 * Math.PI * k) / Math.max(1, 8 * ring), left = inside(x + ring * DOT * Math.cos(turn), width), top = inside(y + ring * DOT * Math.sin(turn), height);
+    const turn = (2 * Math.PI * k) / Math.max(1, 8 * ring), left = inside(x + ring * DOT * Math.cos(turn), width),
+      top = inside(y + ring * DOT * Math.sin(turn), height);
     if (ring > 20 || taken.every(([a, b]) => Math.abs(a - left) >= DOT || Math.abs(b - top) >= DOT)) return [left, top];
   }
 }

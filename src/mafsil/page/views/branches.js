@@ -11,7 +11,9 @@ view({
   wanted: ({ settings }) => !settings.driven,
   open: true,
   mount(place, app) {
-    const { store, words, data } = app, { arm } = store, inUnits = (q) => q.map((value, k) => number(value * app.unit(data.robot.joints[arm.settings.places[k]].prismatic).factor, Math.max(1, app.unit(false).digits - 1)));
+    const { store, words, data } = app, { arm } = store, inUnits = (q) => q.map((value, k) => number(
+      value * app.unit(data.robot.joints[arm.settings.places[k]].prismatic).factor, Math.max(1, app.unit(false).digits - 1)
+    ));
     const inUnit = ({ excess, prismatic }) => { const { sign, factor, digits } = app.unit(prismatic); return `${number(excess * factor, digits)} ${sign}`; };
     if (!arm.kernels.branches) {
       place.append(element("p", {}, sentence(words, "no_closed_form")));
@@ -21,14 +23,27 @@ view({
     ghosts.checked = store.shown.ghosts;
     const method = element("input", { type: "checkbox", onchange: (event) => store.show({ method: event.target.checked ? "search" : "exact" }) });
     method.checked = store.shown.method === "search";
-    place.append(element("div", { class: "buttons" }, element("label", { class: "choice" }, ghosts, sentence(words, "ghosts")), element("label", { class: "choice" }, method, sentence(words, "by_search"))));
-    if (arm.settings.locked.length) place.append(element("p", { class: "soft" }, sentence(words, "locked_about", { joint: arm.settings.locked.map((k) => data.robot.joints[k].name).join(", ") })));
+    place.append(element(
+      "div", { class: "buttons" }, element("label", { class: "choice" }, ghosts, sentence(words, "ghosts")),
+      element("label", { class: "choice" }, method, sentence(words, "by_search"))
+    ));
+    if (arm.settings.locked.length) place.append(element(
+      "p", { class: "soft" },
+      sentence(words, "locked_about", { joint: arm.settings.locked.map((k) => data.robot.joints[k].name).join(", ") })
+    ));
     const swings = arm.settings.locked.map((joint) => swing(place, joint, app));
     const list = element("div", { class: "branches" }), rows = [], hide = () => store.show({ peek: -1 });
     place.append(list);
     for (let row = 0; row < data.branches.rows; row++) {
       const name = element("span", {}), state = element("span", { class: "soft" });
-      const mark = element("i"), button = element("button", { type: "button", "data-branch": row, onclick: () => store.do("choose", { branch: row }), onpointerenter: () => store.show({ peek: row }), onfocus: () => store.show({ peek: row }), onpointerleave: hide, onblur: hide }, mark, name, state);
+      const mark = element("i"), button = element(
+        "button",
+        {
+          type: "button", "data-branch": row, onclick: () => store.do("choose", { branch: row }),
+          onpointerenter: () => store.show({ peek: row }), onfocus: () => store.show({ peek: row }), onpointerleave: hide, onblur: hide
+        },
+        mark, name, state
+      );
       mark.style.background = `var(--s${row % 8})`;
       list.append(button);
       rows.push({ button, name, state });
@@ -42,7 +57,9 @@ view({
         button.disabled = !branch.within;
         button.setAttribute("aria-pressed", String(same));
         written(name, `${row} · ` + (branch.solves ? branchName(data.branches[words.chosen], branch) : words.text("no_solution")));
-        const text = branch.within ? words.isolate(`(${inUnits(branch.q).join(", ")})`) : words.text("beyond", { excess: inUnit(excessOf(branch, arm.settings)) });
+        const text = branch.within ? words.isolate(`(${inUnits(branch.q).join(", ")})`) : words.text(
+          "beyond", { excess: inUnit(excessOf(branch, arm.settings)) }
+        );
         written(state, branch.solves ? text : "");
       });
     };
@@ -56,7 +73,14 @@ export const branchName = ({ sides, roots, joint }, { code, row }) => [sides[cod
 function swing(place, joint, app) {
   const { store, words, data } = app;
   const { arm } = store, { lower, upper } = arm.settings, { name, prismatic } = data.robot.joints[joint];
-  const range = element("input", { type: "range", min: lower[joint] ?? -Math.PI, max: upper[joint] ?? Math.PI, step: "any", dir: "ltr", id: `swing-${joint}`, "aria-label": words.text("swing", { joint: name }), oninput: () => lead(Number(range.value)), onchange: () => { store.release(); store.show({ wish: null, refusal: null }); } });
+  const range = element(
+    "input",
+    {
+      type: "range", min: lower[joint] ?? -Math.PI, max: upper[joint] ?? Math.PI, step: "any", dir: "ltr", id: `swing-${joint}`,
+      "aria-label": words.text("swing", { joint: name }), oninput: () => lead(Number(range.value)),
+      onchange: () => { store.release(); store.show({ wish: null, refusal: null }); }
+    }
+  );
   const value = isolated("", { class: "soft" });
   place.append(element("label", { class: "swing" }, element("span", {}, sentence(words, "swing", { joint: name })), value, range));
   function lead(wanted) {
