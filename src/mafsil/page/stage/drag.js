@@ -28,10 +28,10 @@ export class ToolDrag {
     return { T, ...camera.project([T[3], T[7], T[11]], width, height) };
   }
 
-  /** The target under the pointer, where targets can be placed; -1 where there is none. */
-  targetAt({ clientX, clientY }) {
+  /** What is under the pointer of the things that can be placed; -1 where nothing is. */
+  gripAt({ clientX, clientY }) {
     const { stage } = this, { app } = stage, box = stage.canvas.getBoundingClientRect();
-    return app.placed && app.player.scenery && !app.player.replay ? app.player.scenery.targetAt(clientX - box.left, clientY - box.top, stage, 0.6 * GRIP) : -1;
+    return app.placed && app.player.scenery && !app.player.replay ? app.player.scenery.gripAt(clientX - box.left, clientY - box.top, stage, 0.6 * GRIP) : -1;
   }
 
   /** Whether the pointer is at the tool. */
@@ -54,9 +54,9 @@ export class ToolDrag {
       this.going.handle = { ...handle, along: [0, 4, 8].map((r) => this.going.T[r + handle.axis]) };
       return;
     }
-    const target = this.near(event) ? -1 : this.targetAt(event);
+    const target = this.near(event) ? -1 : this.gripAt(event);
     if (target >= 0) {
-      const position = this.stage.app.player.scenery.tape.targets[target].pose.slice(0, 3), { camera, width, height } = this.stage;
+      const position = this.stage.app.player.scenery.grips()[target], { camera, width, height } = this.stage;
       this.going = { target, x: event.clientX, y: event.clientY, position, placed: position, depth: camera.project(position, width, height).depth };
     }
     if (target >= 0 || !this.near(event)) return;

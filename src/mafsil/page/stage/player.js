@@ -148,6 +148,7 @@ export class Player {
       list = this.scenery.items(
       frame, tip, stage.colours.accent, store.shown
     );
+    if (this.app.placed && !this.replay) list.push(...this.scenery.gripDots(stage.colours.accent));
     return store.shown.replay ? [...list, ...stage.push(tip, this.scenery.force(frame)).map((one) => ({ ...one, over: true }))] : list;
   }
 }

@@ -98,16 +98,31 @@ export class Scenery {
     return [...parts, ...this.fixed];
   }
 
-  /** The target at a place of the picture, if one is as near as this [pixels]; -1 where none is. */
-  targetAt(x, y, { camera, width, height }, near) {
-    const away = camera.projected(this.tape.targets.map(({ pose }) => pose), width, height).map((one) => Math.hypot(one.x - x, one.y - y));
+  /** Where everything is that can be placed: targets, then obstacles and surfaces of a job. @returns {number[][]} */
+  grips() {
+    const { targets, places = [] } = this.tape;
+    return [...targets.map(({ pose }) => pose.slice(0, 3)), ...places.map((_, k) => Array.from(this.fixed[k].slice(12, 15)))];
+  }
+
+  /** A dot at each of the things among them, by which it is led. */
+  gripDots(colour) {
+    return this.grips().slice(this.tape.targets.length).map((at) => ({ ...this.figure.dot(at, this.figure.size * 0.014, colour), over: true }));
+  }
+
+  /** The one of them at a place of the picture, if one is as near as this [pixels]; -1 where none is. */
+  gripAt(x, y, { camera, width, height }, near) {
+    const away = camera.projected(this.grips(), width, height).map((one) => Math.hypot(one.x - x, one.y - y));
     const k = away.indexOf(Math.min(...away));
     return k >= 0 && away[k] < near ? k : -1;
   }
 
-  /** A target somewhere else. */
+  /** One of them somewhere else. */
   place(k, position) {
-    const target = this.tape.targets[k];
+    const { targets } = this.tape, target = targets[k];
+    if (!target) {
+      this.fixed[k - targets.length].set(position, 12);
+      return;
+    }
     target.pose = [...position, ...target.pose.slice(3)];
     if (this.few[k]) this.few[k] = Matrix.pose(...target.pose);
   }

@@ -188,7 +188,7 @@ export class Stage extends Viewport {
     this.awake = led && isAwake({ x, y }, event.offsetX, event.offsetY);
     this.handle = this.drag.handleAt(event);
     if ([this.awake, this.handle?.kind, this.handle?.axis].join() !== before) this.changed();
-    this.canvas.classList.toggle("grip", Boolean(this.handle) || this.drag.near(event) || this.drag.targetAt(event) >= 0);
+    this.canvas.classList.toggle("grip", Boolean(this.handle) || this.drag.near(event) || this.drag.gripAt(event) >= 0);
   }
 
   lead(event) {
