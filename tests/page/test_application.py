@@ -287,13 +287,33 @@ def test_limits_are_drawn_at_the_joint_that_is_touched(browser: Browser, ur5e: P
     assert browser.ask("mafsil.stage.items().some(one => one.over)")
 
 
+PICTURES = 12
+STIRRED = f"""(() => {{
+  mafsil.store.show({{ touched: 2, loads: true, ghosts: true }});
+  mafsil.stage.awake = true;
+  for (let k = 0; k < {PICTURES}; k++) {{
+    mafsil.store.do("set_joint", {{ joint: 2, value: mafsil.store.state.q[2] + 5e-4 }}, {{ gesture: true }});
+    mafsil.frame(performance.now());
+  }}
+}})()"""
+
+
 def test_the_page_of_an_arm_is_small_and_its_script_quick(browser: Browser, ur5e: Path) -> None:
-    """Below 350 kB; the script of a picture takes the least of some runs below 4 ms, with handles and limits drawn."""
+    """Below 350 kB; processor time of the script below 100 ms until it has drawn, and below 4 ms a picture.
+
+    With handles, limits, loads and all ghosts drawn.
+    """
     assert ur5e.stat().st_size < 350_000
-    browser.load(ur5e)
-    browser.ask("mafsil.store.show({ touched: 2, loads: true }); mafsil.stage.awake = true")
-    taken = "(() => { const t = performance.now(); mafsil.frame(t); return performance.now() - t; })()"
-    assert min(browser.ask(taken) for _ in range(40)) < 4.0
+    starts, pictures = [], []
+    for _ in range(4):
+        before = browser.script_time()
+        browser.load(ur5e)
+        drawn = browser.script_time()
+        starts.append(drawn if drawn < before else drawn - before)
+        browser.ask(STIRRED)
+        pictures.append((browser.script_time() - drawn) / PICTURES)
+    assert min(starts) < 0.1
+    assert min(pictures) < 4e-3
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

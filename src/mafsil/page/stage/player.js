@@ -6,6 +6,7 @@ import { element, sentence, written } from "../views/elements.js";
 import { Scenery, floats } from "./scenery.js";
 
 const KEY_FRAMES = 5, STOPS = 60; // of a run on paper; colours of a lane
+const ROOM = 0.03; // of the picture, beside what is seen on paper
 const SEEN = 12; // configurations along a motion that the picture is framed by
 const at = (id) => document.getElementById(id);
 
@@ -97,16 +98,23 @@ export class Player {
   strip() {
     const { replay, app: { stage } } = this;
     if (!replay) return;
-    const { time } = replay;
+    const { time } = replay, spread = this.spread();
     at("strip").replaceChildren(...Array.from({ length: KEY_FRAMES }, (_, k) => {
       posed(Object.assign(replay, { time: k * this.end / (KEY_FRAMES - 1) }));
       stage.draw(stage.items(), true);
-      const { width, height } = stage.canvas, copy = element("canvas", { width, height });
-      copy.getContext("2d").drawImage(stage.canvas, 0, 0);
+      const { width, height } = stage.canvas, [left, right] = spread.map((x) => Math.round(x * width / stage.width)), copy = element("canvas", { width: right - left, height });
+      copy.getContext("2d").drawImage(stage.canvas, -left, 0);
       return element("figure", {}, copy, element("figcaption", { dir: "ltr" }, `${replay.time.toFixed(2)} s`));
     }));
     posed(Object.assign(replay, { time }));
     stage.paint();
+  }
+
+  /** From where to where the picture is filled, from left to right, with some room [CSS pixels]. */
+  spread() {
+    const { stage } = this.app, places = stage.camera.projected(stage.outermost(), stage.width, stage.height).map(({ x }) => x);
+    const room = ROOM * stage.width;
+    return places.length ? [Math.max(0, Math.min(...places) - room), Math.min(stage.width, Math.max(...places) + room)] : [0, stage.width];
   }
 
   /** Names of the moves, and what the buttons say, in the language that is chosen. */
