@@ -250,7 +250,7 @@ def test_the_tool_of_loops_is_led_to_what_is_reached_and_held_near_what_is_not(n
         reached = np.asarray(robot.forward_kinematics(np.array(way[-1]["q"])))
         if k < 2 and name != "three_rps":  # whose tip first goes straight up alone, whatever its legs do
             assert np.abs(reached[:3, 3] - T[:3, 3]).max() < 2e-6
-        else:
+        elif name != "three_rps":  # whose legs are of any length
             assert left[-1] > 1.0
 
 

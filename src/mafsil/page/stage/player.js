@@ -102,7 +102,8 @@ export class Player {
     at("strip").replaceChildren(...Array.from({ length: KEY_FRAMES }, (_, k) => {
       posed(Object.assign(replay, { time: k * this.end / (KEY_FRAMES - 1) }));
       stage.draw(stage.items(), true);
-      const { width, height } = stage.canvas, [left, right] = spread.map((x) => Math.round(x * width / stage.width)), copy = element("canvas", { width: right - left, height });
+      const { width, height } = stage.canvas, [left, right] = spread.map((x) => Math.round(x * width / stage.width)),
+        copy = element("canvas", { width: right - left, height });
       copy.getContext("2d").drawImage(stage.canvas, -left, 0);
       return element("figure", {}, copy, element("figcaption", { dir: "ltr" }, `${replay.time.toFixed(2)} s`));
     }));

@@ -18,7 +18,7 @@ view({
     names.columns = joints.map((k) => `q${k} [${data.robot.joints[k].prismatic ? "m/s" : "rad/s"}]`);
     const J_b = matrix(6, n, [symbol("J", "b", "=")], names), values = isolated(""), measure = isolated("");
     const list = element(
-      "dl", {}, element("dt", {}, sentence(words, "singular_values")), element("dd", {}, values),
+      "dl", { class: "tall" }, element("dt", {}, sentence(words, "singular_values")), element("dd", {}, values),
       element("dt", {}, sentence(words, "manipulability")), element("dd", {}, measure)
     );
     const choices = element("div", { class: "buttons" });
