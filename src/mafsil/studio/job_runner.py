@@ -25,9 +25,8 @@ from mafsil.report.page import around_data
 from mafsil.report.replay import waiting_scene
 from mafsil.report.results import require_replaceable, write_results
 from mafsil.robot import Robot
-from mafsil.studio.broadcast import Broadcast
+from mafsil.studio.broadcast import Broadcast, in_all_languages
 from mafsil.studio.recordings import PAUSE, LiveMotion
-from mafsil.studio.sentences import in_all_languages
 from mafsil.whole_file import write_whole
 
 MOST_FINDINGS = 40

@@ -33,11 +33,10 @@ from mafsil.page.session import Session, pose_from
 from mafsil.report.replay import replay_scene
 from mafsil.report.results import FILES
 from mafsil.robot import as_open_tree
-from mafsil.studio.broadcast import Broadcast
+from mafsil.studio.broadcast import Broadcast, in_all_languages
 from mafsil.studio.job_runner import JobRunner
 from mafsil.studio.protocol import Changes, Drop, JobText, Nothing, Number, Pair, Pose, Put, action, read
 from mafsil.studio.recordings import Recorded, Recordings
-from mafsil.studio.sentences import in_all_languages
 from mafsil.studio.server import HTML, Content, Server
 
 MOST_LINES = 20_000

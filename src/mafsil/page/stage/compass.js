@@ -3,7 +3,7 @@
 import { Vector } from "../../scene/matrix.js";
 import { drawn, element, written } from "../views/elements.js";
 
-const WIDE_COMPASS = 92, LONG_AXIS = 33; // pixels
+const WIDE_COMPASS = 116, LONG_AXIS = 45; // pixels
 const WAYS_OF_COMPASS = [["x", [1, 0, 0], 0, 0], ["y", [0, 1, 0], Math.PI / 2, 0], ["z", [0, 0, 1], -Math.PI / 2, 1.57],
   ["−x", [-1, 0, 0], Math.PI, 0], ["−y", [0, -1, 0], -Math.PI / 2, 0]];
 const SHORTEST = 70; // pixels that the bar of the scale has at least

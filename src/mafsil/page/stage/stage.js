@@ -1,6 +1,6 @@
 // The picture: draws what the state says whenever it has changed, turns with the pointer and with keys.
 
-import { tipEllipsoids } from "../core/ellipsoids.js";
+import { tipEllipsoids } from "../core/linear.js";
 import { Vector } from "../../scene/matrix.js";
 import { hereOf, lifted } from "../core/state.js";
 import { isLed, tipJacobian } from "../loops/follow.js";

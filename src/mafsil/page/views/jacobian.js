@@ -1,8 +1,7 @@
 // The body Jacobian, its singular values and manipulability.
 
 import { view } from "../core/views.js";
-import { tipEllipsoids } from "../core/ellipsoids.js";
-import { singularValues } from "../core/linear.js";
+import { singularValues, tipEllipsoids } from "../core/linear.js";
 import { hasJacobian, tipJacobian } from "../loops/follow.js";
 import { element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
 
