@@ -189,8 +189,8 @@ def branches(card: Card, arm: Arm, q: Floats, units: tuple[float, float]) -> Non
         assert arm.form is None
         return
     T, factor, solved = np.asarray(arm.robot.forward_kinematics(q)), factors(arm, units)[arm.places], 0
+    session = Session(arm.robot)
     for row, text in enumerate(rows):
-        session = Session(arm.robot)
         session.set_joints(q.tolist())
         session.choose(row)
         assert text.startswith(f"{row} · ")

@@ -9,7 +9,7 @@ import { isLed } from "./loops/follow.js";
 import { Player } from "./stage/player.js";
 import { Stage } from "./stage/stage.js";
 import { Tree } from "./tree.js";
-import { element, saveFile, sentence } from "./views/elements.js";
+import { element, isolated, saveFile, sentence } from "./views/elements.js";
 
 const SMOOTHING = 0.1;
 const KEPT = 500; // ms after which what a reload comes back to is kept
@@ -56,6 +56,7 @@ export class App {
     this.stage.home();
     this.stage.finest = new URLSearchParams(location.hash.slice(1)).has("picture");
     document.documentElement.classList.toggle("picture", this.stage.finest);
+    if (data.shown) this.showPostures(data.shown);
     takeState(wantedState(), this);
     this.store.listen(() => this.draw());
     this.listen();
@@ -78,6 +79,20 @@ export class App {
       event.preventDefault();
       store.undo();
     });
+  }
+
+  /** Other postures than that of the arm as ghosts, with the names of all. @param {{name: string, q: number[]}[]} postures */
+  showPostures(postures) {
+    const { store, stage } = this, colour = (k) => (k ? `s${(k - 1) % 8}` : "ink");
+    const row = ({ name }, k) => {
+      const made = element("li", {}, isolated(name));
+      made.style.setProperty("--own", `var(--${colour(k)})`);
+      return made;
+    };
+    stage.canvas.after(element("ul", { id: "postures" }, ...postures.map(row)));
+    const ghost = ({ q }, k) => stage.figure.ghost(store.arm.kernels.link_poses(q)[0], stage.colours[colour(k + 1)]);
+    this.join({ along: () => postures.map(({ q }) => q), items: () => postures.slice(1).flatMap(ghost) });
+    stage.home();
   }
 
   /** Light, dark, or as the reader's system has it. @param {string} theme */
