@@ -334,9 +334,9 @@ OVERLAPS = """(() => {
 
 def test_no_label_lies_on_another(browser: Browser, results: Path) -> None:
     """Clock, move, reason, hint, scale and axes, on a screen and on a phone, in both languages."""
+    browser.load(results / "report.html")
     for size, phone in (((1280, 800), False), ((390, 800), True)):
         browser.resize(*size, phone=phone)
-        browser.load(results / "report.html")
         for _ in ("en", "ar"):
             browser.ask("mafsil.say({ key: 'why_limits', values: { count: 3, excess: '0.1234 rad' } })")
             browser.ask("mafsil.frame(performance.now())")
