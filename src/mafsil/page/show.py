@@ -91,7 +91,7 @@ class Page:
         write_whole(place, self.html.encode())
         return place
 
-    def _posed(self, postures: Mapping[str, Sequence[float]]) -> str:
+    def _with_postures(self, postures: Mapping[str, Sequence[float]]) -> str:
         """The page with the robot in the first of some postures, the others as ghosts, and a legend."""
         arm = Arm(self.robot, needed_quantities(self.views))
         data, shown = content(arm, self.language, self.python), [[float(x) for x in q] for q in postures.values()]
@@ -119,7 +119,7 @@ class Page:
         with tempfile.TemporaryDirectory(prefix="mafsil-") as folder:
             drawn = Path(folder) / "picture.png"
             page = Path(folder) / "page.html"
-            write_whole(page, (self._posed(postures) if postures else self.html).encode())
+            write_whole(page, (self._with_postures(postures) if postures else self.html).encode())
             address = page.as_uri() + "#picture"
             root = hasattr(os, "geteuid") and os.geteuid() == 0  # for whom Chromium has no sandbox
             flags = (*UNSEEN, "--no-sandbox") if root else UNSEEN
