@@ -27,6 +27,13 @@ POSTURES = {"postures_ur5e.png": "ur5e --pose 0.4 0.1 0.3 180 0 90 --degrees --a
 """Pictures of docs/inverse-kinematics.md, and the pose of each as `mafsil ik` takes it."""
 
 
+def halve(path: Path) -> None:
+    """Make a picture of the page's renderer half as large: it is drawn with two dots a pixel."""
+    with Image.open(path) as picture:
+        half = picture.convert("RGB").resize((picture.width // 2, picture.height // 2), Image.Resampling.LANCZOS)
+    half.save(path, optimize=True)
+
+
 def main() -> int:
     """Run the demo in both languages and photograph its reports."""
     mafsil = [sys.executable, "-m", "mafsil.cli"]
@@ -35,14 +42,14 @@ def main() -> int:
         subprocess.run(
             [*mafsil, "show", robot, "--picture", str(IMAGES / f"{robot}.png")], check=True, stdout=subprocess.DEVNULL
         )
-        with Image.open(IMAGES / f"{robot}.png") as picture:
-            half = picture.convert("RGB").resize((picture.width // 2, picture.height // 2), Image.Resampling.LANCZOS)
-        half.save(IMAGES / f"{robot}.png", optimize=True)
+        halve(IMAGES / f"{robot}.png")
     pictures = [(picture, f"convert {motion}") for picture, motion in MOTIONS.items()]
     pictures += [(picture, f"ik {pose}") for picture, pose in POSTURES.items()]
     for picture, question in pictures:
         words = [*question.split(), "--picture", str(IMAGES / picture)]
         subprocess.run([*mafsil, *words], check=True, stdout=subprocess.DEVNULL)
+        if picture in POSTURES:
+            halve(IMAGES / picture)
     browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if browser is None:
         print("no Chromium found: the photographs of the report stay as they are", file=sys.stderr)

@@ -121,6 +121,16 @@ def test_nothing_names_the_workshop() -> None:
             assert not forbidden.search(path.read_text("utf-8", errors="ignore")), name
 
 
+def test_lines_of_javascript_are_at_most_160_columns_wide() -> None:
+    wide = [
+        f"{path.relative_to(SOURCE)}:{number}"
+        for path in SOURCE.rglob("*.js")
+        for number, line in enumerate(path.read_text("utf-8").split("\n"), start=1)
+        if len(line) > 160
+    ]
+    assert not wide
+
+
 def test_no_function_imports_a_module_of_the_package() -> None:
     """What is loaded late stands at the top, in `lazily`; the door and the commands alone find names at their use."""
     late: list[str] = []

@@ -66,8 +66,9 @@ class Browser:
         targets = self._call("Target.getTargets")["targetInfos"]
         target = next(one["targetId"] for one in targets if one["type"] == "page")
         self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime", "Network", "Log", "Performance"):
+        for domain in ("Page", "Runtime", "Network", "Log"):
             self._call(f"{domain}.enable")
+        self._call("Performance.enable", timeDomain="threadTicks")
         self._call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(self.downloads))
         self.resize(*size)
 
@@ -177,6 +178,11 @@ class Browser:
         """How many there are of what the browser counts, such as `JSEventListeners` or `Nodes`."""
         found = self._call("Performance.getMetrics")["metrics"]
         return next(int(one["value"]) for one in found if one["name"] == name)
+
+    def script_time(self) -> float:
+        """Processor time that the scripts of the page have taken [s], however busy the machine is."""
+        found = self._call("Performance.getMetrics")["metrics"]
+        return next(float(one["value"]) for one in found if one["name"] == "ScriptDuration")
 
     def picture(self, path: Path) -> None:
         """Write what is seen."""

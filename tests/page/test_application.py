@@ -133,6 +133,22 @@ def test_every_example_opens_with_its_scene(path: Path) -> None:
         assert np.allclose(scene.q[0], np.array(job.start.joints) * np.where(robot.mechanism.angular, unit, 1.0))
 
 
+IN_MILLIMETRES = """
+robot = "panda"
+lengths = "millimetres"
+[[obstacle]]
+name = "table"
+box = [1200, 1600, 40]
+position = [550, 0, -20]
+[[obstacle]]
+name = "block"
+box = [100, 100, 100]
+position = [500, 200, 300]
+[[move]]
+joints = [0.1, 0.2, 0.3, -1.5, 0.2, 1.5, 0.4]
+"""
+
+
 def test_the_studio_opens_a_job_with_its_scene_which_follows_the_text(browser: Browser) -> None:
     browser.resize(1280, 800)
     with studio_of([str(WALL)], 0) as studio:
@@ -169,6 +185,26 @@ def test_the_studio_opens_a_job_with_its_scene_which_follows_the_text(browser: B
         assert f"position = [{', '.join(f'{value:g}' for value in after)}]" in text
         assert [move.pose.position for move in parse_job(text).move if move.name == "set down"] == [tuple(after)]
         browser.wait(f"document.getElementById('job').value === {json.dumps(text)}")
+        # An obstacle is led by its dot; in a job in millimetres millimetres are written.
+        grip = "mafsil.player.scenery.grips()[mafsil.player.scenery.tape.targets.length + 1]"
+        for scale in (1.0, 1000.0):
+            if scale > 1.0:
+                studio.jobs.edit(IN_MILLIMETRES, "")
+                browser.wait("mafsil.link.heard.get('job').scale === 1000")
+                browser.ask("mafsil.stage.home()")
+                browser.ask(SETTLED)
+            before = browser.ask(grip)
+            found = browser.ask(f"mafsil.stage.camera.project({grip}, mafsil.stage.width, mafsil.stage.height)")
+            browser.drag((left + found["x"], top + found["y"]), (left + found["x"] + 15, top + found["y"] - 25))
+            browser.wait("mafsil.link.heard.get('job').window === '' && !mafsil.stage.drag.going")
+            browser.wait(f"Math.hypot(...{grip}.map((x, k) => x - {before}[k])) > 0.01")
+            wanted = browser.ask(grip)
+            for _ in range(100):
+                placed = parse_job(studio.jobs.job["text"]).obstacle[1].position
+                if np.abs(np.subtract(placed, before)).max() > 1e-3:
+                    break
+                browser.ask(SETTLED)
+            assert placed == pytest.approx(wanted, abs=1e-6)
         studio.server.shutdown()
 
 
@@ -251,13 +287,33 @@ def test_limits_are_drawn_at_the_joint_that_is_touched(browser: Browser, ur5e: P
     assert browser.ask("mafsil.stage.items().some(one => one.over)")
 
 
+PICTURES = 12
+STIRRED = f"""(() => {{
+  mafsil.store.show({{ touched: 2, loads: true, ghosts: true }});
+  mafsil.stage.awake = true;
+  for (let k = 0; k < {PICTURES}; k++) {{
+    mafsil.store.do("set_joint", {{ joint: 2, value: mafsil.store.state.q[2] + 5e-4 }}, {{ gesture: true }});
+    mafsil.frame(performance.now());
+  }}
+}})()"""
+
+
 def test_the_page_of_an_arm_is_small_and_its_script_quick(browser: Browser, ur5e: Path) -> None:
-    """Below 350 kB; the script of a picture takes the least of some runs below 4 ms, with handles and limits drawn."""
+    """Below 350 kB; processor time of the script below 100 ms until it has drawn, and below 4 ms a picture.
+
+    With handles, limits, loads and all ghosts drawn.
+    """
     assert ur5e.stat().st_size < 350_000
-    browser.load(ur5e)
-    browser.ask("mafsil.store.show({ touched: 2, loads: true }); mafsil.stage.awake = true")
-    taken = "(() => { const t = performance.now(); mafsil.frame(t); return performance.now() - t; })()"
-    assert min(browser.ask(taken) for _ in range(40)) < 4.0
+    starts, pictures = [], []
+    for _ in range(4):
+        before = browser.script_time()
+        browser.load(ur5e)
+        drawn = browser.script_time()
+        starts.append(drawn if drawn < before else drawn - before)
+        browser.ask(STIRRED)
+        pictures.append((browser.script_time() - drawn) / PICTURES)
+    assert min(starts) < 0.1
+    assert min(pictures) < 4e-3
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

@@ -14,9 +14,10 @@ from mafsil.collision import Checker, distance
 from mafsil.job.planning.resting import CLEAR, home_configuration
 from mafsil.model import Capsule, library
 from mafsil.model.appearance import part_of, reach
-from mafsil.page import show
+from mafsil.page import Session, show
 from mafsil.scene import Drawing
 from tests.page.browser import Browser
+from tests.page.test_pages_of_loops import CLOSED
 from tests.sizes import few
 
 TOUCHING = 0.012
@@ -47,32 +48,59 @@ def test_makers_postures_are_found() -> None:
     assert np.rad2deg(home_configuration(mf.load("panda"))) == pytest.approx([0, -45, 0, -135, 0, 90, 0])
 
 
-@pytest.mark.parametrize("name", [*ROBOTS, LOOPS[1]])
+@pytest.mark.parametrize("name", ROBOTS)
 def test_joined_links_touch_wherever_the_joints_are(name: str) -> None:
-    robot = mf.load(name).without_loops()
-    mechanism, drawing, size = robot.mechanism, Drawing(robot.mechanism), reach(robot.mechanism)
+    robot = mf.load(name)
+    size = reach(robot.mechanism)
     bounds = np.clip([robot.limits.lower, robot.limits.upper], -max(np.pi, size), max(np.pi, size))
-    q = np.random.default_rng(1).uniform(*bounds, (50, robot.n))
-    poses, heads = np.asarray(robot.link_poses(q)), part_of(mechanism)
+    gaps = gaps_of_joints(robot, np.random.default_rng(1).uniform(*bounds, (50, robot.n)))
+    assert max(gaps.values()) < TOUCHING, gaps
+
+
+LINKAGES = (
+    "four_bar", "watt", "three_rpr", "scotch_yoke", "five_bar", "stephenson", "peaucellier", "quick_return", "rccc",
+    "parallelogram", "bennett", "universal_shaft", "stewart_gough", "three_rrr", "three_prs", "tripteron", "eclipse",
+    "three_upu", "screw_press", "elliptic_trammel", "slotted_slider_crank", "three_cranks", "hand", "planar_platform",
+)  # fmt: skip
+CHAINS = {path: path for path in LOOPS} | {name: of for name, of in CLOSED.items() if name != "palletiser"}
+
+
+@pytest.mark.parametrize("name", [*CHAINS, *few(LINKAGES, 4)])
+def test_links_of_loops_touch_where_the_loops_are_closed(name: str) -> None:
+    """At joints that close loops too, wherever the driven joints lead."""
+    session = Session(show(CHAINS.get(name) or getattr(mf.mobility.library, name)(), language="en").robot)
+    robot, rng, places = session.arm.robot, np.random.default_rng(1), [session.q]
+    step = 0.1 * min(1.0, reach(robot.mechanism))
+    for _ in range(50):
+        joint = int(rng.choice(session.arm.settings["driven"]))
+        session.set_joint(joint, float(session.q[joint] + step * rng.uniform(-1, 1)))
+        places.append(session.q)
+    gaps = gaps_of_joints(robot, np.array(places))
+    assert gaps.keys() >= {loop.name for loop in robot.mechanism.loops}
+    assert max(gaps.values()) < TOUCHING, gaps
+
+
+def gaps_of_joints(robot: mf.Robot, q: np.ndarray) -> dict[str, float]:
+    """The largest gap of what is drawn on both sides of each joint, as share of the reach."""
+    mechanism = robot.mechanism
+    drawing, size, names = Drawing(mechanism), reach(mechanism), mechanism.link_names
+    poses, heads, found = np.asarray(robot.link_poses(q)), part_of(mechanism), dict[str, float]()
     parts = {head: [k for k in range(len(heads)) if heads[k] == head] for head in set(heads)}
-    for k, joint in enumerate(mechanism.joints, start=1):
+    for joint in (*mechanism.joints, *mechanism.loops):
         if not joint.moves:
             continue
+        sides = [names.index(joint.parent), names.index(joint.child)]
         ends = [
-            [
-                (piece.geometry, poses[:, one] @ piece.T_lg)
-                for one in parts[heads[side]]
-                for piece in drawing.pieces[one]
-            ]
-            for side in (mechanism.parents[k - 1], k)
+            [(one.geometry, poses[:, k] @ one.T_lg) for k in parts[heads[side]] for one in drawing.pieces[k]]
+            for side in sides
         ]
-        rod = drawing.rod(k)
-        if rod is not None:
-            ends[1] += rods(rod, poses, k)
-        if not (ends[0] and ends[1]):
-            continue
-        gaps = [np.asarray(distance(a, b, T_a, T_b).distance) for a, T_a in ends[0] for b, T_b in ends[1]]
-        assert np.min(gaps, axis=0).max() < TOUCHING * size, joint.name
+        rod = drawing.rod(sides[1])
+        if rod is not None and rod.parent == sides[0]:
+            ends[1] += rods(rod, poses, sides[1])
+        if ends[0] and ends[1]:
+            gaps = [np.asarray(distance(a, b, T_a, T_b).distance) for a, T_a in ends[0] for b, T_b in ends[1]]
+            found[joint.name] = float(np.min(gaps, axis=0).max()) / size
+    return found
 
 
 def rods(rod: Any, poses: np.ndarray, k: int) -> list[tuple[Any, np.ndarray]]:

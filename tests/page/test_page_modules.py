@@ -17,7 +17,7 @@ from tests.page.node import run_module
 
 ELLIPSOIDS = """
 import fs from "node:fs";
-import { tipEllipsoids } from "./page/core/ellipsoids.js";
+import { tipEllipsoids } from "./page/core/linear.js";
 const found = JSON.parse(fs.readFileSync("io.json")).map(({ J, T, n }) => tipEllipsoids(J, n, T));
 process.stdout.write(JSON.stringify(found));
 """

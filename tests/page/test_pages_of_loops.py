@@ -207,6 +207,53 @@ def test_platforms_and_linkages_are_robots_of_the_page(name: str, tmp_path: Path
         np.testing.assert_allclose(np.reshape(found["J"], J.shape), J, atol=1e-9 * max(1.0, np.abs(J).max()))
 
 
+LEADING = """
+import fs from "node:fs";
+import { loadKernels } from "./page/core/kernels.js";
+import { ledTo } from "./page/loops/follow.js";
+const { layout, settings, starts, goals } = JSON.parse(fs.readFileSync("io.json"));
+const arm = { settings, kernels: await loadKernels(fs.readFileSync("bundle.wasm"), layout) };
+const found = goals.map((T, k) => {
+  let at = { q: starts[k], miss: Infinity };
+  const way = [];
+  for (let gesture = 0; gesture < 30; gesture++) way.push(at = ledTo({ q: at.q }, T, arm));
+  return way;
+});
+process.stdout.write(JSON.stringify(found));
+"""
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_the_tool_of_loops_is_led_to_what_is_reached_and_held_near_what_is_not(name: str, tmp_path: Path) -> None:
+    session, rng = Session(show(CLOSED[name], language="en").robot), np.random.default_rng(2)
+    robot, settings = session.arm.robot, session.arm.settings
+    chain, driven, starts, goals = ClosedChain(robot), settings["driven"], [], []
+    for far in (False, False, True, True):
+        starts.append(session.q.tolist())
+        for joint in driven:
+            session.set_joint(joint, float(session.q[joint] + 0.05 * rng.uniform(-1, 1)))
+        T = np.asarray(robot.forward_kinematics(session.q)).copy()
+        T[:3, 3] += 5.0 * rng.normal(size=3) if far else 0.0
+        goals.append(T.ravel().tolist())
+    module = bundle(session.arm.kernels)
+    io = {"layout": dict(module.layout), "settings": settings, "starts": starts, "goals": goals}
+    (tmp_path / "io.json").write_text(json.dumps(io))
+    (tmp_path / "bundle.wasm").write_bytes(module.code)
+    for k, way in enumerate(json.loads(run_module(LEADING, tmp_path))):
+        T, left = np.reshape(goals[k], (4, 4)), [one["miss"] for one in way]
+        assert left == sorted(left, reverse=True)
+        for q in (np.array(one["q"]) for one in way):
+            assert chain.error(q) < 1e-9
+            assert np.all(
+                (q >= robot.limits.lower - 1e-12) & (q <= robot.limits.upper + 1e-12) | ~np.isin(range(robot.n), driven)
+            )
+        reached = np.asarray(robot.forward_kinematics(np.array(way[-1]["q"])))
+        if k < 2 and name != "three_rps":  # whose tip first goes straight up alone, whatever its legs do
+            assert np.abs(reached[:3, 3] - T[:3, 3]).max() < 2e-6
+        elif name != "three_rps":  # whose legs are of any length
+            assert left[-1] > 1.0
+
+
 def test_what_would_be_of_the_open_tree_is_refused(tmp_path: Path) -> None:
     session = Session(mf.load(PALLETISER))
     with pytest.raises(InputError, match="not driven"):

@@ -319,6 +319,34 @@ def test_plots_are_zoomed_together_in_the_chosen_unit_and_saved(
     assert browser.ask("mafsil.motion.axis.window") is None
 
 
+OVERLAPS = """(() => {
+  const shown = (e) => e.textContent && e.checkVisibility({ visibilityProperty: true });
+  const boxes = [...document.querySelectorAll("#hint, #scale, #clock, #move-name, #status, #labels button")].filter(shown)
+    .map((e) => [e.id, e.getBoundingClientRect()]), found = [];
+  const [x, y, z] = ["x", "y", "z"].map((k) => document.querySelector(`#compass .${k}:is(button)`).getBoundingClientRect());
+  for (const [a, b] of [[x, y], [y, z], [x, z]]) if (Math.hypot(a.left - b.left, a.top - b.top) < 23) found.push("compass");
+  boxes.forEach(([name, a], k) => boxes.slice(0, k).forEach(([other, b]) => {
+    if (a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom) found.push(`${name} ${other}`);
+  }));
+  return [boxes.map(([name]) => name), found];
+})()"""  # noqa: E501
+
+
+def test_no_label_lies_on_another(browser: Browser, results: Path) -> None:
+    """Clock, move, reason, hint, scale and axes, on a screen and on a phone, in both languages."""
+    browser.load(results / "report.html")
+    for size, phone in (((1280, 800), False), ((390, 800), True)):
+        browser.resize(*size, phone=phone)
+        for _ in ("en", "ar"):
+            browser.ask("mafsil.say({ key: 'why_limits', values: { count: 3, excess: '0.1234 rad' } })")
+            browser.ask("mafsil.frame(performance.now())")
+            shown, found = browser.ask(OVERLAPS)
+            assert {"scale", "clock", "move-name", "status"} <= set(shown)
+            assert found == []
+            browser.ask("mafsil.speak()")
+    browser.resize(1280, 860)
+
+
 def test_axe_finds_nothing(browser: Browser, results: Path) -> None:
     browser.resize(1280, 800)
     browser.load(results / "report.html", "", DRAWN)

@@ -227,8 +227,26 @@ def test_a_run_is_seen_while_it_is_computed(tmp_path: Path) -> None:
                 "(document.getElementById('signal'))"
             )
             assert window.ask("document.querySelectorAll('#curves .curve').length") == 1
+        # 4. What is carried goes with the tip in it, and waits again where the job says once the recording is closed.
+        scene = served.recordings.of(1).scene
+        assert scene is not None
+        (part,) = (one for one in scene.carried if one.end > one.first)
+        for frame in (0, part.first + 5, (part.first + part.end) // 2, len(scene.times) - 1):
+            place = window.ask(PLACE_OF_PART % (float(scene.times[frame]), scene.carried.index(part)))
+            assert np.abs(np.subtract(place, part.poses[frame, :3])).max() < 1e-4
+        assert np.ptp(part.poses[:, :3], axis=0).max() > 0.3
+        window.ask("mafsil.store.show({ chosen: [null, null], replay: null, left: null })")
+        window.wait("!mafsil.player.scenery.points.length")
         assert not window.errors
         served.server.shutdown()
+
+
+PLACE_OF_PART = """(([time, k]) => {
+  document.getElementById("time").value = time / mafsil.player.end;
+  document.getElementById("time").dispatchEvent(new Event("input"));
+  const { scenery, replay, period } = mafsil.player, tip = mafsil.store.arm.kernels.forward_kinematics(replay.q)[0];
+  return Array.from(scenery.poses(replay.time / period, tip)[k].slice(12, 15));
+})([%r, %r])"""
 
 
 def write_when_ready(window: Browser, old: str, new: str) -> None:

@@ -26,8 +26,8 @@ import mafsil.studio.studio as journal
 from mafsil.errors import FileError, InputError
 from mafsil.page import Session
 from mafsil.studio import Studio
+from mafsil.studio.broadcast import in_all_languages
 from mafsil.studio.job_runner import complaint
-from mafsil.studio.sentences import in_all_languages
 from tests.studio.client import head, listening, place, post, put, raw
 
 JOB = 'robot = "planar2r"\n\n[[move]]\njoints = [0.4, 0.3]\n\n[[move]]\njoints = [0.0, 0.1]\n'

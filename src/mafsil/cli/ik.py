@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from functools import partial
 from math import degrees as to_degrees
 from math import pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -101,12 +102,22 @@ def ik(
         shown_near = "  ".join(printed(shown(float(x), joint.kind, degrees=degrees)) for joint, x in typed)
         lines.append(say("cli.ik_near_answer", values=shown_near))
     if picture is not None and rows:
-        from mafsil.figures import plot_configurations
-
-        names = [answer.branches[k].label() for k in rows]
-        draw = partial(plot_configurations, arm, answer.q[rows], names=names, within=answer.within[rows])
-        lines.append(draw_picture(draw, picture, data))
+        lines.append(draw_picture(partial(_draw, arm, answer, rows), picture, data))
     return Answer(data, tuple(lines), None if answer else explanation[0])
+
+
+def _draw(arm: Robot, answer: SolutionSet, rows: list[int], picture: str) -> None:
+    """Solutions as the page of the robot draws them where a browser can; as plots are in other files."""
+    from mafsil.figures import plot_configurations
+    from mafsil.page.show import chromium, show
+
+    names = [answer.branches[k].label() for k in rows]
+    if Path(picture).suffix.lower() == ".png" and chromium() is not None:
+        sides = [say("cli.ik_inside" if answer.within[k] else "cli.ik_outside") for k in rows]
+        words = [f"{k + 1} · {name} · {side}" for k, name, side in zip(rows, names, sides, strict=True)]
+        show(arm).photograph(picture, postures=dict(zip(words, answer.q[rows].tolist(), strict=True)))
+    else:
+        drawn(lambda path: plot_configurations(arm, answer.q[rows], path, names, answer.within[rows]), picture)
 
 
 def _bare_angles(words: list[str], *, degrees: bool) -> Iterable[tuple[str, str]]:

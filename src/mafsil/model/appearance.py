@@ -43,6 +43,7 @@ SLIMMER = 0.35
 SHORTEST = 0.2
 """Tubes shorter than this many radii are left out: they would not show."""
 _Z = np.array([0.0, 0.0, 1.0])
+_ORIGIN = frozen(np.zeros(3))
 _TINY = 1e-6
 MOST_TRIANGLES = 60_000
 MOST_BYTES = 256 << 20
@@ -213,9 +214,9 @@ class _Files:
 def with_skeleton(mechanism: Mechanism) -> Mechanism:
     """The same mechanism, where links without visuals got simple ones.
 
-    Tubes lead from a link's own joint to each joint that it carries and to the tip, along the axes and across; a drum
-    marks a revolute joint, a sleeve and a rod reaching back a prismatic one, a ball the last link. Links that have
-    visuals keep them.
+    Tubes lead from a link's own joint to each joint that it carries, those that close loops among them, and to the tip,
+    along the axes and across; a drum marks a revolute joint, a sleeve and a rod reaching back a prismatic one, a ball a
+    spherical one and the last link. Links that have visuals keep them.
 
     Args:
         mechanism: any robot.
@@ -336,6 +337,13 @@ def _knob(T_lt: PoseMatrix, radius: float) -> Shape:
     return _shape("tip", Cylinder(radius, radius), T_lt[:3, 3] - radius / 2.0 * T_lt[:3, 2], T_lt[:3, 2], ACCENT)
 
 
+def _begin(own: Joint | None) -> Vector3:
+    """Where a leg begins that slides out of another: never behind the joint that the other turns about."""
+    if own is None or own.kind is not JointKind.PRISMATIC or not np.isfinite(own.limits.lower):
+        return _ORIGIN
+    return max(0.0, -own.limits.lower) * own.axis
+
+
 def _rod(own: Joint, radius: float) -> list[Shape]:
     """What a prismatic link leaves behind in the link before: as long as its travel, so that the two stay connected."""
     if own.kind is not JointKind.PRISMATIC:
@@ -347,9 +355,18 @@ def _rod(own: Joint, radius: float) -> list[Shape]:
 
 
 def _tubes(
-    own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour: Colour, *, flat: bool = False
+    own: Joint | None,
+    end: Vector3,
+    axis: Vector3,
+    radius: float,
+    colour: Colour,
+    *,
+    begin: Vector3 = _ORIGIN,
+    flat: bool = False,
 ) -> list[Shape]:
     """Straight pieces from the link's origin to `end`: first along its own axis, then across, last along `axis`.
+
+    Or from `begin` on its axis, if the first piece gets so far.
 
     Round at their ends, or the last one flat.
     """
@@ -358,8 +375,8 @@ def _tubes(
     rest = end - legs[0]
     last = axis * (axis @ rest)
     shapes: list[Shape] = []
-    here = np.zeros(3)
-    for leg in (*legs, rest - last, last):
+    here = begin if begin @ begin < begin @ legs[0] else _ORIGIN
+    for leg in (legs[0] - here, rest - last, last):
         length = float(np.linalg.norm(leg))
         if length > max(_TINY, SHORTEST * radius):
             shapes.append(_shape("bone", Capsule(radius, length), here + leg / 2, leg / length, colour))
@@ -372,13 +389,15 @@ def _tubes(
 
 
 def _housing(joint: Joint, radius: float) -> list[Shape]:
-    """A short drum about a revolute axis, a sleeve along a prismatic one; nothing at a fixed joint."""
+    """A short drum about an axis, a sleeve along a prismatic one, a ball about a point; nothing at a fixed joint."""
     if not joint.moves:
         return []
     centre, axis = joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis
     if joint.kind is JointKind.PRISMATIC:
         side = 2.3 * radius
         return [_shape("joint", Box((side, side, 2.6 * radius)), centre, axis, HOUSING)]
+    if joint.kind is JointKind.SPHERICAL:
+        return [_shape("joint", Sphere(1.4 * radius), centre, axis, HOUSING)]
     drum = _shape("joint", Cylinder(1.28 * radius, 2.35 * radius), centre, axis, HOUSING)
     return [drum, _shape("cap", Cylinder(1.02 * radius, 2.75 * radius), centre, axis, ACCENT)]
 

@@ -5,15 +5,19 @@ import { bytes, loadKernels } from "./core/kernels.js";
 import { Store } from "./core/store.js";
 import { VIEWS } from "./core/views.js";
 import { Words } from "./core/words.js";
+import { isLed } from "./loops/follow.js";
 import { Player } from "./stage/player.js";
 import { Stage } from "./stage/stage.js";
 import { Tree } from "./tree.js";
-import { element, sentence } from "./views/elements.js";
+import { element, isolated, saveFile, sentence } from "./views/elements.js";
 
 const SMOOTHING = 0.1;
 const KEPT = 500; // ms after which what a reload comes back to is kept
 const TABS = ["move", "analyse", "job", "model", "code"];
-const UNITS = { rad: { sign: "rad", factor: 1, digits: 3 }, deg: { sign: "°", factor: 180 / Math.PI, digits: 1 }, m: { sign: "m", factor: 1, digits: 3 }, mm: { sign: "mm", factor: 1000, digits: 1 } };
+const UNITS = {
+  rad: { sign: "rad", factor: 1, digits: 3 }, deg: { sign: "°", factor: 180 / Math.PI, digits: 1 }, m: { sign: "m", factor: 1, digits: 3 },
+  mm: { sign: "mm", factor: 1000, digits: 1 }
+};
 const THEMES = ["system", "light", "dark"], SIGNS = { system: "◐", light: "☀", dark: "☾" };
 const byId = (id) => document.getElementById(id);
 
@@ -52,6 +56,7 @@ export class App {
     this.stage.home();
     this.stage.finest = new URLSearchParams(location.hash.slice(1)).has("picture");
     document.documentElement.classList.toggle("picture", this.stage.finest);
+    if (data.shown) this.showPostures(data.shown);
     takeState(wantedState(), this);
     this.store.listen(() => this.draw());
     this.listen();
@@ -64,6 +69,7 @@ export class App {
     click("home", () => { stage.home(); this.draw(); });
     click("undo", () => store.undo());
     click("share", () => this.share());
+    click("image", async () => saveFile(`${this.data.robot.name}.png`, await stage.photograph(), "image/png"));
     click("theme", () => this.paintTheme(THEMES[(THEMES.indexOf(store.shown.theme) + 1) % THEMES.length]));
     click("angles", () => this.measure({ angle: store.shown.angle === "rad" ? "deg" : "rad" }));
     click("lengths", () => this.measure({ length: store.shown.length === "m" ? "mm" : "m" }));
@@ -73,6 +79,20 @@ export class App {
       event.preventDefault();
       store.undo();
     });
+  }
+
+  /** Other postures than that of the arm as ghosts, with the names of all. @param {{name: string, q: number[]}[]} postures */
+  showPostures(postures) {
+    const { store, stage } = this, colour = (k) => (k ? `s${(k - 1) % 8}` : "ink");
+    const row = ({ name }, k) => {
+      const made = element("li", {}, isolated(name));
+      made.style.setProperty("--own", `var(--${colour(k)})`);
+      return made;
+    };
+    stage.canvas.after(element("ul", { id: "postures" }, ...postures.map(row)));
+    const ghost = ({ q }, k) => stage.figure.ghost(store.arm.kernels.link_poses(q)[0], stage.colours[colour(k + 1)]);
+    this.join({ along: () => postures.map(({ q }) => q), items: () => postures.slice(1).flatMap(ghost) });
+    stage.home();
   }
 
   /** Light, dark, or as the reader's system has it. @param {string} theme */
@@ -155,7 +175,11 @@ export class App {
       this.turn(this.tabs[at]);
       byId("tabs").children[at].focus();
     };
-    byId("tabs").replaceChildren(...this.tabs.map((tab, k) => element("button", { type: "button", role: "tab", "data-tab": tab, "aria-controls": "views", onclick: () => this.turn(tab), onkeydown: (event) => step(event, k) }, sentence(this.words, `tab_${tab}`))));
+    byId("tabs").replaceChildren(...this.tabs.map((tab, k) => element(
+      "button",
+      { type: "button", role: "tab", "data-tab": tab, "aria-controls": "views", onclick: () => this.turn(tab), onkeydown: (event) => step(event, k) },
+      sentence(this.words, `tab_${tab}`)
+    )));
   }
 
   /** All views, in the language that is chosen. */
@@ -164,7 +188,9 @@ export class App {
     root.lang = words.chosen;
     root.dir = words.direction;
     document.title = data.titles?.[words.chosen] ?? `${data.robot.name} · mafsil`;
-    for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(words, place.dataset.say === "hint" && store.arm.settings.driven ? "hint_loops" : place.dataset.say));
+    for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(
+      words, place.dataset.say === "hint" && !isLed(store.arm) ? "hint_loops" : place.dataset.say
+    ));
     for (const place of document.querySelectorAll("[data-label]")) place.setAttribute("aria-label", words.text(place.dataset.label));
     for (const [id, prismatic] of [["angles", false], ["lengths", true]]) byId(id).textContent = this.unit(prismatic).sign;
     this.stage.compass.speak((way) => words.text("look_along", { way }));
@@ -172,7 +198,10 @@ export class App {
     this.updates = [];
     panel.replaceChildren();
     for (const view of VIEWS.filter((one) => one.wanted?.(store.arm, data) ?? true)) {
-      const card = element("details", { id: `view-${view.name}`, open: open ? open.has(view.name) : view.open ?? false, ontoggle: () => this.draw() }, element("summary", {}, view.title?.[words.chosen] ?? sentence(words, `view_${view.name}`)));
+      const card = element(
+        "details", { id: `view-${view.name}`, open: open ? open.has(view.name) : view.open ?? false, ontoggle: () => this.draw() },
+        element("summary", {}, view.title?.[words.chosen] ?? sentence(words, `view_${view.name}`))
+      );
       const place = element("div", {});
       card.append(place);
       panel.append(card);

@@ -31,6 +31,7 @@ from mafsil.kernels.target import host
 from mafsil.lazy_module import lazily
 from mafsil.mechanics import catalogue
 from mafsil.mechanics.loop_terms import Holding, Loop, Term
+from mafsil.model import JointKind
 from mafsil.robot import Robot, as_open_tree
 from mafsil.robot.compiled_robot import require_masses
 from mafsil.simulation.plant import Plant
@@ -231,6 +232,7 @@ class Arm:
             "step": STEP,
             "gains": self.gains.ravel().tolist(),
             "effort": _bounds(limits.effort),
+            "prismatic": [joint.kind is JointKind.PRISMATIC for joint in self.robot.mechanism.coordinates],
             "driven": None if self.closed is None else self.closed.driven_joints(self.start),
             "motors": None if self.closed is None else self.closed.chain.actuated.tolist(),
             "stride": STRIDE,

@@ -15,6 +15,7 @@ from mafsil.scene.modules import read
 MAIN, SERVED = "page/main.js", "studio/main.js"
 _BLANK = re.compile(r" ?(\{) ?|;? ?(\}) ?|(?<=[;:,]) |^ +|^/\*.*\*/\n", re.M)
 """What a style does not need: blanks beside braces and behind marks, the last semicolon of a rule, comments."""
+_BOTH = re.compile(r"--([\w-]+): light-dark\((#\w+), (#\w+)\)")
 OF_NO_RUN = ("grasp.js",)
 """Views that a page of a run leaves out."""
 _ROBOT = {"reading": "", "languages": "", "state": "robot", "alone": "", "style": ""}
@@ -62,7 +63,15 @@ def assemble(
 def styles() -> str:
     """The style of the application; that of its cards stays inside the element that holds them."""
     page, stage, cards = (read(f"page/{name}.css").strip() for name in ("page", "stage", "cards"))
-    return f"{page}\n{stage}\n#views {{\n{cards}\n}}"
+    return f"{_for_older_browsers(page)}\n{stage}\n#views {{\n{cards}\n}}"
+
+
+def _for_older_browsers(style: str) -> str:
+    """A style whose variables have light values, and dark ones where dark is wished: `light-dark()` is of 2024."""
+    dark = "".join(f"--{name}: {value}; " for name, _, value in _BOTH.findall(style))
+    light = _BOTH.sub(lambda found: f"--{found[1]}: {found[2]}", style)
+    asked = f"@media (prefers-color-scheme: dark) {{ :root:not([data-theme=light]) {{ {dark}}} }}"
+    return f"{light}\n@media screen {{ {asked}\n:root[data-theme=dark] {{ {dark}}} }}"
 
 
 def script(*modules: str, recording: bool = False) -> str:

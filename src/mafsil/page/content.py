@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from mafsil.errors import ModelError
-from mafsil.ik.answers.branch import SIDES
+from mafsil.ik.answers.branch import SIDES, Branch
 from mafsil.kernels.export import bundle
-from mafsil.messages import LANGUAGES, direction
+from mafsil.messages import LANGUAGES, direction, say
 from mafsil.messages.catalogue import keys, template
 from mafsil.messages.isolates import runs
 from mafsil.messages.visible import visible
@@ -105,12 +105,21 @@ def sentence(code: str, key: str) -> list[str | list[str]]:
 
 
 def _branches(arm: Arm) -> dict[str, Any] | None:
-    """Names of the branches, by code, in every language."""
+    """Names of the branches in every language: of their sides by code, of roots by row where they tell some apart."""
     if arm.form is None or arm.branch_names is None:
         return None
+    rows = arm.form.pattern.branches
     branches = [arm.branch_names.branch(number) for number in range(SIDES)]
-    names = {code: [one.label(code) for one in branches] for code in LANGUAGES}
-    return {"rows": arm.form.pattern.branches, **names}
+    roots = [Branch(root=arm.branch_names.branch(0, row).root) for row in range(rows)]
+    names = {
+        code: {
+            "sides": [one.label(code) if any(one) or not any(roots[0]) else "" for one in branches],
+            "roots": [one.label(code) if any(one) else "" for one in roots],
+            "joint": say("ik.branch_joint", language=code),
+        }
+        for code in LANGUAGES
+    }
+    return {"rows": rows, **names}
 
 
 def dh_table(arm: Arm) -> dict[str, Any] | None:

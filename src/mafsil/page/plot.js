@@ -44,7 +44,9 @@ export class TimeAxis {
   }
   /** Nearer or farther about a moment. @param {Plot} plot @param {number} t @param {number} factor */
   zoom({ from, to, last }, t, factor) {
-    const span = Math.min(last, Math.max(last / CLOSEST, (to - from) * factor)), begin = Math.max(0, Math.min(last - span, t - (t - from) * span / (to - from)));
+    const span = Math.min(last, Math.max(last / CLOSEST, (to - from) * factor)), begin = Math.max(
+      0, Math.min(last - span, t - (t - from) * span / (to - from))
+    );
     this.show(span >= last * (1 - 1e-9) ? null : [begin, begin + span]);
   }
   /** The moment that is pointed at, in all plots; null for none. @param {number | null} t */
@@ -63,17 +65,27 @@ export class Plot {
    * @param {TimeAxis} axis
    */
   constructor(parent, plot, time, joints, seek, axis = new TimeAxis()) {
-    Object.assign(this, { plot, time, joints, seek, axis, share: false, chosen: null, hidden: new Set(), factors: joints.map(() => 1), unit: plot.unit, from: 0, to: 1, last: 1 });
+    Object.assign(
+      this,
+      { plot, time, joints, seek, axis, share: false, chosen: null, hidden: new Set(), factors: joints.map(() => 1), unit: plot.unit, from: 0, to: 1, last: 1 }
+    );
     this.values = typeof plot.values === "string" ? floats(plot.values) : plot.values;
     this.title = element("h3", {});
     const button = (mark, act) => element("button", { type: "button", class: "quiet share", "data-do": mark, onclick: act });
     this.button = plot.limits ? button("share", () => { this.share = !this.share; this.draw(); }) : null;
     this.whole = button("whole", () => axis.show(null));
-    this.savers = [button("svg", () => saveFile(`${this.plot.title}.svg`, this.picture(), "image/svg+xml")), button("csv", () => saveFile(`${this.plot.title}.csv`, this.table(), "text/csv"))];
+    this.savers = [
+      button("svg", () => saveFile(`${this.plot.title}.svg`, this.picture(), "image/svg+xml")),
+      button("csv", () => saveFile(`${this.plot.title}.csv`, this.table(), "text/csv"))
+    ];
     this.svg = make("svg", { role: "img", direction: "ltr", tabindex: 0 });
     this.tip = element("div", { class: "tip", dir: "ltr", hidden: true });
     this.key = element("div", { class: "key" });
-    this.card = element("figure", { class: "plot" }, element("div", { class: "head" }, this.title, element("span", { class: "tools" }, ...(this.button ? [this.button] : []), this.whole, ...this.savers)), this.svg, this.tip, this.key);
+    this.card = element(
+      "figure", { class: "plot" },
+      element("div", { class: "head" }, this.title, element("span", { class: "tools" }, ...(this.button ? [this.button] : []), this.whole, ...this.savers)),
+      this.svg, this.tip, this.key
+    );
     parent.append(this.card);
     axis.plots.push(this);
     this.listen();
@@ -84,11 +96,26 @@ export class Plot {
     svg.addEventListener("pointermove", e => { this.probe(e); if (begin !== null && e.buttons) this.brush(...range(e)); });
     svg.addEventListener("pointerleave", () => { this.tip.hidden = true; axis.point(null); });
     svg.addEventListener("pointerdown", e => { begin = e.pointerType === "mouse" && e.button === 0 ? this.timeAt(e) : null; });
-    svg.addEventListener("pointerup", e => { if (begin !== null && this.x(range(e)[1]) - this.x(range(e)[0]) > DRAG) axis.show(range(e)); else this.seek(this.timeAt(e)); begin = null; });
+    svg.addEventListener(
+      "pointerup",
+      e => { if (begin !== null && this.x(range(e)[1]) - this.x(range(e)[0]) > DRAG) axis.show(range(e)); else this.seek(this.timeAt(e)); begin = null; }
+    );
     svg.addEventListener("dblclick", () => axis.show(null));
-    svg.addEventListener("wheel", e => { if (!e.ctrlKey && !e.shiftKey) return; e.preventDefault(); axis.zoom(this, this.timeAt(e), Math.exp(Math.max(-60, Math.min(60, e.deltaY || e.deltaX)) * 0.006)); }, { passive: false });
+    svg.addEventListener(
+      "wheel",
+      e => {
+        if (!e.ctrlKey && !e.shiftKey) return;
+        e.preventDefault();
+        axis.zoom(this, this.timeAt(e), Math.exp(Math.max(-60, Math.min(60, e.deltaY || e.deltaX)) * 0.006));
+      },
+      { passive: false }
+    );
     svg.addEventListener("keydown", e => {
-      const act = { "+": () => axis.zoom(this, this.now ?? 0, 0.6), "-": () => axis.zoom(this, this.now ?? 0, 1 / 0.6), Home: () => axis.show(null), ArrowLeft: () => this.seek(Math.max(0, (this.now ?? 0) - (this.to - this.from) / 50)), ArrowRight: () => this.seek(Math.min(this.last, (this.now ?? 0) + (this.to - this.from) / 50)) }[e.key];
+      const act = {
+        "+": () => axis.zoom(this, this.now ?? 0, 0.6), "-": () => axis.zoom(this, this.now ?? 0, 1 / 0.6), Home: () => axis.show(null),
+        ArrowLeft: () => this.seek(Math.max(0, (this.now ?? 0) - (this.to - this.from) / 50)),
+        ArrowRight: () => this.seek(Math.min(this.last, (this.now ?? 0) + (this.to - this.from) / 50))
+      }[e.key];
       if (act) { act(); e.preventDefault(); }
     });
     new ResizeObserver(() => this.draw()).observe(svg);
@@ -109,7 +136,12 @@ export class Plot {
     this.nameCurves();
     if (this.button) this.button.textContent = say("share");
     this.whole.textContent = say("whole_time");
-    this.savers.forEach((button, k) => { const key = ["save_picture", "save_values"][k]; button.textContent = ["svg", "csv"][k]; button.title = say(key); button.setAttribute("aria-label", `${say(key)}: ${title}`); });
+    this.savers.forEach((button, k) => {
+      const key = ["save_picture", "save_values"][k];
+      button.textContent = ["svg", "csv"][k];
+      button.title = say(key);
+      button.setAttribute("aria-label", `${say(key)}: ${title}`);
+    });
     this.draw();
   }
   /** Values in other units. @param {(unit: string, curve: number) => {factor: number, sign: string}} measure */
@@ -159,7 +191,14 @@ export class Plot {
     this.title.replaceChildren(`${this.plot.title ?? ""} `, element("bdi", { class: "soft", dir: "ltr" }, this.share ? "[%]" : `[${this.unit}]`));
     if (this.button) this.button.setAttribute("aria-pressed", this.share);
     this.grid(low, high, width, height);
-    const inside = make("svg", { x: PAD.left, y: 0, width: Math.max(0, width - PAD.left - PAD.right), height, viewBox: `${PAD.left} 0 ${Math.max(1, width - PAD.left - PAD.right)} ${height}` }, this.svg);
+    const inside = make(
+      "svg",
+      {
+        x: PAD.left, y: 0, width: Math.max(0, width - PAD.left - PAD.right), height,
+        viewBox: `${PAD.left} 0 ${Math.max(1, width - PAD.left - PAD.right)} ${height}`
+      },
+      this.svg
+    );
     this.joints.forEach((_, j) => { if (!this.hidden.has(j)) this.curve(j, inside); });
     this.limitLines(width);
     const line = name => make("line", { class: name, y1: PAD.top, y2: height - PAD.bottom, visibility: "hidden" }, this.svg);
@@ -169,13 +208,30 @@ export class Plot {
     this.mark(this.now || 0);
   }
   grid(low, high, width, height) {
-    const rows = ticks(low, high, 7), columns = ticks(this.from, this.to, Math.max(3, Math.floor(width / 85))), within = t => Math.max(this.from, Math.min(this.to, t));
-    (this.plot.bands ?? []).forEach(([from, to], k) => { if (k % 2) make("rect", { class: "band", x: this.x(within(from)), width: Math.max(0, this.x(within(to)) - this.x(within(from))), y: PAD.top, height: height - PAD.top - PAD.bottom }, this.svg); });
+    const rows = ticks(low, high, 7), columns = ticks(
+      this.from, this.to, Math.max(3, Math.floor(width / 85))
+    ), within = t => Math.max(this.from, Math.min(this.to, t));
+    (this.plot.bands ?? []).forEach(([from, to], k) => {
+      if (k % 2) make(
+        "rect",
+        {
+          class: "band", x: this.x(within(from)), width: Math.max(0, this.x(within(to)) - this.x(within(from))), y: PAD.top,
+          height: height - PAD.top - PAD.bottom
+        },
+        this.svg
+      );
+    });
     for (const v of rows.list) {
       make("line", { class: v === 0 ? "zero" : "grid", x1: PAD.left, x2: width - PAD.right, y1: this.y(v), y2: this.y(v) }, this.svg);
-      make("text", { x: PAD.left - 7, y: this.y(v) + 4, "text-anchor": "end" }, this.svg, v === 0 ? "0" : (Math.abs(high - low) < 0.004 || Math.abs(v) >= 1e5) ? v.toExponential(1) : v.toFixed(rows.digits));
+      make(
+        "text", { x: PAD.left - 7, y: this.y(v) + 4, "text-anchor": "end" }, this.svg,
+        v === 0 ? "0" : (Math.abs(high - low) < 0.004 || Math.abs(v) >= 1e5) ? v.toExponential(1) : v.toFixed(rows.digits)
+      );
     }
-    for (const t of columns.list) make("text", { x: this.x(t), y: height - 8, "text-anchor": this.x(t) > 0.97 * width ? "end" : "middle" }, this.svg, t.toFixed(columns.digits) + (t === columns.list[columns.list.length - 1] ? " s" : ""));
+    for (const t of columns.list) make(
+      "text", { x: this.x(t), y: height - 8, "text-anchor": this.x(t) > 0.97 * width ? "end" : "middle" }, this.svg,
+      t.toFixed(columns.digits) + (t === columns.list[columns.list.length - 1] ? " s" : "")
+    );
   }
   curve(j, parent) {
     let path = "", pen = "M";
@@ -200,7 +256,10 @@ export class Plot {
   }
   timeAt(e) {
     const box = this.svg.getBoundingClientRect();
-    return Math.max(this.from, Math.min(this.to, this.from + (e.clientX - box.left - this.x(this.from)) / (this.x(this.to) - this.x(this.from)) * (this.to - this.from)));
+    return Math.max(
+      this.from,
+      Math.min(this.to, this.from + (e.clientX - box.left - this.x(this.from)) / (this.x(this.to) - this.x(this.from)) * (this.to - this.from))
+    );
   }
   // The row that is nearest to a moment.
   rowAt(t) {
@@ -260,7 +319,9 @@ export class Plot {
   /** What is seen, as a table in the units that are chosen. */
   table() {
     const head = ["t [s]", ...this.joints.map(name => `${name} [${this.share ? "%" : this.unit}]`)], lines = [];
-    for (let i = 0; i < this.time.length; i++) if (this.time[i] >= this.from && this.time[i] <= this.to) lines.push([this.time[i], ...this.joints.map((_, j) => this.at(i, j))].map(figure));
+    for (let i = 0; i < this.time.length; i++) if (this.time[i] >= this.from && this.time[i] <= this.to) lines.push([
+      this.time[i], ...this.joints.map((_, j) => this.at(i, j))
+    ].map(figure));
     return [head.map(cell), ...lines].map(line => line.join(",")).join("\n") + "\n";
   }
 }

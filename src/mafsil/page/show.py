@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import tempfile
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, cast
@@ -16,6 +16,7 @@ from mafsil.errors import FileError, InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.messages import language as current_language
+from mafsil.messages.visible import visible
 from mafsil.model import Mechanism, library
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
@@ -90,11 +91,23 @@ class Page:
         write_whole(place, self.html.encode())
         return place
 
-    def photograph(self, path: str | os.PathLike[str]) -> Path:
+    def _with_postures(self, postures: Mapping[str, Sequence[float]]) -> str:
+        """The page with the robot in the first of some postures, the others as ghosts, and a legend."""
+        arm = Arm(self.robot, needed_quantities(self.views))
+        data, shown = content(arm, self.language, self.python), [[float(x) for x in q] for q in postures.values()]
+        data["settings"] = {**data["settings"], "start": shown[0]}
+        data["shown"] = [{"name": visible(name), "q": q} for name, q in zip(postures, shown, strict=True)]
+        return assemble(data, self.views)
+
+    def photograph(
+        self, path: str | os.PathLike[str], *, postures: Mapping[str, Sequence[float]] | None = None
+    ) -> Path:
         """Draw the robot as the page does, with scale and axes, into a PNG file, by a Chromium that shows no window.
 
         Args:
             path: of the file.
+            postures: by name, (n,) each [rad | m]: the robot in the first one, the others as ghosts, with a legend;
+                where the page begins if None.
 
         Raises:
             InputError: no Chromium is on the path of commands.
@@ -105,7 +118,9 @@ class Page:
             raise InputError("pictures.no_browser", path=str(place))
         with tempfile.TemporaryDirectory(prefix="mafsil-") as folder:
             drawn = Path(folder) / "picture.png"
-            address = self.write(Path(folder) / "page.html").as_uri() + "#picture"
+            page = Path(folder) / "page.html"
+            write_whole(page, (self._with_postures(postures) if postures else self.html).encode())
+            address = page.as_uri() + "#picture"
             root = hasattr(os, "geteuid") and os.geteuid() == 0  # for whom Chromium has no sandbox
             flags = (*UNSEEN, "--no-sandbox") if root else UNSEEN
             words = [program, *flags, f"--user-data-dir={folder}/profile", f"--screenshot={drawn}", address]

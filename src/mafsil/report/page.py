@@ -146,7 +146,7 @@ def _data(page: Page, others: Sequence[Page]) -> dict[str, Any]:
         "moves": [{"from": one.start, "to": one.end, "level": one.level} for one in page.steps if not one.beside],
         "flags": [{"time": one.time, "level": one.level} for one in page.findings if one.time is not None],
         "plots": [plot_data(plot) for plot in page.plots],
-        "tape": _tape(scene),
+        "tape": tape_data(scene),
     }
 
 
@@ -177,7 +177,8 @@ def around_data(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _tape(scene: Scene) -> dict[str, Any]:
+def tape_data(scene: Scene) -> dict[str, Any]:
+    """The replay of a run with what stands around the arm, as the script of a page reads it."""
     forces = {} if scene.forces is None else {"forces": pack_floats(scene.forces)}
     return (
         around_data(scene)

@@ -22,6 +22,7 @@ from mafsil.model.appearance import THIN, Piece, Pieces, corners, part_of, piece
 from mafsil.model.mesh import Surface
 
 Colour: TypeAlias = tuple[float, float, float, float]
+SLIDING = (JointKind.PRISMATIC, JointKind.CYLINDRICAL)
 MOST_COLOURS = 16
 """A surface with more colours keeps the commonest; its other triangles get the nearest of these."""
 
@@ -39,7 +40,7 @@ class Drawing:
         self.pieces = pieces(mechanism)
 
     def bodies(self, floor: float, poses: PoseMatrix) -> tuple[Body, ...]:
-        """What to draw of each link; a base that hangs above the floor gets a column.
+        """What to draw of each link; a base above the floor gets a column, unless the robot reaches through it.
 
         Args:
             floor: its height [m].
@@ -47,10 +48,22 @@ class Drawing:
         """
         solids = [tuple(solid for piece in of_link for solid in _solids(piece)) for of_link in self.pieces]
         to_base = cast("Floats", np.linalg.inv(poses[0]))
-        for piece in primitives(stand(self.mechanism, self.lowest(poses, base=True), floor)):
-            solids[0] += tuple(_solids(replace(piece, T_lg=to_base @ piece.T_lg)))
+        column = primitives(stand(self.mechanism, self.lowest(poses, base=True), floor))
+        if not self._reaches(column, poses):
+            solids[0] += tuple(solid for one in column for solid in _solids(replace(one, T_lg=to_base @ one.T_lg)))
         named = enumerate(zip(self.mechanism.link_names, solids, strict=True))
         return tuple(Body(name, of_link, self.rod(k)) for k, (name, of_link) in named)
+
+    def _reaches(self, column: Pieces, poses: PoseMatrix) -> bool:
+        """Whether a piece that moves is among others, which are given in {s}, as far as boxes around them tell."""
+        boxes, heads = [corners(one) for one in column], part_of(self.mechanism)
+        moving = (
+            corners(piece) @ poses[k, :3, :3].T + poses[k, :3, 3]
+            for k, of_link in enumerate(self.pieces)
+            for piece in of_link
+            if heads[k] != 0
+        )
+        return any(np.all((a.min(0) < b.max(0)) & (b.min(0) < a.max(0))) for a in moving for b in boxes)
 
     def rod(self, k: int) -> Rod | None:
         """The rod on which a link slides in the one before, where both are drawn of simple shapes; else None.
@@ -58,9 +71,11 @@ class Drawing:
         Args:
             k: place of the link.
         """
-        if k == 0 or self.mechanism.joints[k - 1].kind is not JointKind.PRISMATIC:
+        names, joints = self.mechanism.link_names, (*self.mechanism.joints, *self.mechanism.loops)
+        joint = next((one for one in joints if one.child == names[k] and one.kind in SLIDING), None)
+        if joint is None:
             return None
-        joint, parent = self.mechanism.joints[k - 1], self.mechanism.parents[k - 1]
+        parent = names.index(joint.parent)
         drawn = (*self.pieces[parent], *self.pieces[k])
         if any(isinstance(piece.geometry, Surface) for piece in drawn):
             return None

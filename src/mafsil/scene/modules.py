@@ -27,12 +27,18 @@ _REMARK = re.compile(r"(?<=[;,{}\])]) +//[^\n\"'`]*$|^[ \t]+", re.M)
 _GAP = re.compile(r"(?<=[;}])\n\n+(?=\S)")
 """Empty lines between statements."""
 
+_PLAIN = re.compile(r"^[^\n\"'`/]+$", re.M)
+"""A line without strings, texts and expressions of patterns."""
+
+_BLANK = re.compile(r" ?([=*<>&|?:,;{}()\[\]]) ?")
+"""Blanks beside signs that cannot join with others; a plus and a minus can."""
+
 Source = str
 """A module's path inside the package, such as `scene/matrix.js`."""
 
 
 def one_script(*entries: Source) -> str:
-    """The entries and all that they import, each once, what is imported first; comments and indents left out.
+    """The entries and all that they import, each once, what is imported first; comments and blanks left out.
 
     Args:
         entries: paths inside the package.
@@ -92,4 +98,6 @@ def _bare(path: Source) -> str:
     strange = re.search(r"^(?:import|export)\b.*", text, re.M)
     if strange:
         raise KernelError("kernels.refused", reason=f"{path}: {strange.group(0)}")
-    return text
+    if posixpath.isabs(path):
+        return text
+    return _PLAIN.sub(lambda line: _BLANK.sub(r"\1", line[0]), text)

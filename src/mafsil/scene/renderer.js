@@ -148,7 +148,10 @@ export class Renderer {
 
   makePrograms() {
     const [bodyProgram, floorProgram, depthProgram] = [BODY_SHADER, FLOOR_SHADER, DEPTH_SHADER].map((text) => this.compile(VERTEX_SHADER, text));
-    return { bodyProgram, floorProgram, depthProgram, ghostProgram: this.light ? this.compile(VERTEX_SHADER, GHOST_SHADER) : bodyProgram, ...this.makeShadowMap() };
+    return {
+      bodyProgram, floorProgram, depthProgram, ghostProgram: this.light ? this.compile(VERTEX_SHADER, GHOST_SHADER) : bodyProgram,
+      ...this.makeShadowMap()
+    };
   }
 
   // A program and the locations of its uniforms, by name.

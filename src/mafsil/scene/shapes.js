@@ -15,7 +15,8 @@ export const Shapes = {
   surface({ low, step, points, faces, wide }) {
     const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
     const grid = new Uint16Array(bytes(points)), corner = wide ? new Uint32Array(bytes(faces)) : new Uint16Array(bytes(faces));
-    const at = grid.length / 3, count = corner.length / 3, p = new Float32Array(grid.length), flat = new Float32Array(3 * count), size = new Float32Array(count);
+    const at = grid.length / 3, count = corner.length / 3, p = new Float32Array(grid.length), flat = new Float32Array(3 * count),
+      size = new Float32Array(count);
     for (let i = 0; i < p.length; i++) p[i] = low[i % 3] + step[i % 3] * grid[i];
     const first = new Uint32Array(at + 1), around = new Uint32Array(corner.length);
     for (const v of corner) first[v + 1]++;
@@ -32,7 +33,8 @@ export const Shapes = {
       const v = corner[i], f = Math.floor(i / 3), n = [0, 0, 0];
       for (let j = first[v]; j < first[v + 1]; j++) {
         const g = around[j];
-        if (flat[3 * f] * flat[3 * g] + flat[3 * f + 1] * flat[3 * g + 1] + flat[3 * f + 2] * flat[3 * g + 2] > 0.76) for (let k = 0; k < 3; k++) n[k] += size[g] * flat[3 * g + k];
+        const along = flat[3 * f] * flat[3 * g] + flat[3 * f + 1] * flat[3 * g + 1] + flat[3 * f + 2] * flat[3 * g + 2];
+        if (along > 0.76) for (let k = 0; k < 3; k++) n[k] += size[g] * flat[3 * g + k];
       }
       const l = Vector.length(n) || 1;
       for (let k = 0; k < 3; k++) { vertices[6 * i + k] = p[3 * v + k]; vertices[6 * i + 3 + k] = n[k] / l; }

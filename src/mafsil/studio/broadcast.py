@@ -8,6 +8,9 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from mafsil.messages import LANGUAGES
+from mafsil.messages.isolates import in_sentence
+
 MOST_WAITING = 2000
 """Messages that wait for one window; then its connection ends, and it asks for everything again."""
 MOST_WINDOWS = 32
@@ -80,3 +83,12 @@ class Broadcast:
 def encode(message: Mapping[str, Any]) -> bytes:
     """JSON on one line."""
     return json.dumps(message, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
+
+
+def in_all_languages(said: Callable[[str], str]) -> dict[str, str]:
+    """A sentence by language.
+
+    Args:
+        said: from the code of a language to the sentence.
+    """
+    return {code: in_sentence(said(code), code) for code in LANGUAGES}

@@ -25,9 +25,8 @@ from mafsil.report.page import around_data
 from mafsil.report.replay import waiting_scene
 from mafsil.report.results import require_replaceable, write_results
 from mafsil.robot import Robot
-from mafsil.studio.broadcast import Broadcast
+from mafsil.studio.broadcast import Broadcast, in_all_languages
 from mafsil.studio.recordings import PAUSE, LiveMotion
-from mafsil.studio.sentences import in_all_languages
 from mafsil.whole_file import write_whole
 
 MOST_FINDINGS = 40
@@ -197,8 +196,10 @@ class JobRunner:
             asked = parse_job(text, self._source, folder=self._folder)
             scene = waiting_scene(asked, equip_robot(asked, self._folder), self._folder, text)
             if scene.q.shape[1] == self._robot.n:
-                job |= {"title": visible(asked.title), "start": scene.q[0].tolist(), "around": around_data(scene)}
+                around = around_data(scene) | {"places": _places_of_things(asked, text)}
+                job |= {"title": visible(asked.title), "start": scene.q[0].tolist(), "around": around}
                 job["lines"] = _lines_of_targets(asked, text)
+                job["scale"] = 1000.0 if asked.lengths == "millimetres" else 1.0
                 job["remarks"] = list(islice(_beyond_reach(asked, scene, self._robot, job["lines"]), MOST_FINDINGS))
         except MafsilError as error:
             job["wrong"] = complaint(error)
@@ -218,6 +219,13 @@ def _lines_of_targets(job: Job, text: str) -> list[int | None]:
     """For each target the line on which its position stands; None of what is relative, or comes from another file."""
     places, goals = Places(text).of(job), [(k, move.pose) for k, move in enumerate(job.move) if move.pose is not None]
     return [None if goal.relative else places.line(("move", k, "pose", "position")) for k, goal in goals]
+
+
+def _places_of_things(job: Job, text: str) -> list[tuple[int | None, str]]:
+    """For obstacles, then for surfaces, line and key of the place where they stand; no line from other files."""
+    places = Places(text).of(job)
+    kinds = [("obstacle", "position", len(job.obstacle)), ("surface", "point", len(job.surface))]
+    return [(places.line((kind, k, key)), key) for kind, key, count in kinds for k in range(count)]
 
 
 def _beyond_reach(job: Job, scene: Scene, robot: Robot, lines: list[int | None]) -> Iterator[dict[str, Any]]:

@@ -6,11 +6,11 @@ import { ServerLink, serverTransport } from "page/core/link.js";
 import { posed } from "page/core/tape.js";
 
 /** The text with another position from a line on, counted from one; null where none stands in that table. */
-function placedIn(text, line, position) {
-  const begin = text.split("\n").slice(0, line - 1).join("\n").length, rest = text.slice(begin), found = /position\s*=\s*\[[^\]]*\]/.exec(rest);
+function placedIn(text, line, key, position) {
+  const begin = text.split("\n").slice(0, line - 1).join("\n").length, rest = text.slice(begin), found = new RegExp(`${key}\\s*=\\s*\\[[^\\]]*\\]`).exec(rest);
   const next = rest.slice(1).search(/^\s*\[\[/m);
   if (!found || (next >= 0 && found.index > next + 1)) return null;
-  return text.slice(0, begin + found.index) + `position = [${position.join(", ")}]` + rest.slice(found.index + found[0].length);
+  return text.slice(0, begin + found.index) + `${key} = [${position.join(", ")}]` + rest.slice(found.index + found[0].length);
 }
 
 /** A run that was begun here: its path as soon as it is planned, the arm along what is computed of it, its recording. */
@@ -50,12 +50,21 @@ opened(whole, (store) => new ServerLink(store, whole.actions, serverTransport(),
       if (!job || job === seen) return;
       if (!seen && job.file) app.turn("job");
       seen = job;
-      if (job.around) app.player.surround(job.around);
       if (job.title) written(document.querySelector("#name h1 bdi"), job.title);
     } });
-    /** The text of the job follows a target that was placed; what is relative stays where it was. */
+    /** What stands around the arm: that of the recording that is shown, else that of the job. */
+    let around = null;
+    app.join({ update: () => {
+      const { shown: { replay, left } } = app.store, wanted = (replay ?? left)?.first.scenery ?? app.link.heard.get("job")?.around;
+      if (!wanted || wanted === around) return;
+      around = wanted;
+      app.player.surround(around);
+    } });
+    /** The text of the job follows a target or a thing that was placed; what is relative stays where it was. */
     app.placed = (k, position) => {
-      const job = app.link.heard.get("job"), text = job.lines?.[k] ? placedIn(job.text, job.lines[k], position) : null;
+      const job = app.link.heard.get("job"), { targets, places } = job.around,
+        [line, key] = k < targets.length ? [job.lines[k], "position"] : places[k - targets.length];
+      const text = line ? placedIn(job.text, line, key, position.map((x) => Number((x * job.scale).toPrecision(9)))) : null;
       if (text === null) app.player.surround(job.around);
       else app.link.transport.send("job", { text, window: "" });
     };

@@ -15,6 +15,7 @@ from mafsil.model import library
 from mafsil.regular_file import regular_bytes
 from mafsil.robot import Robot
 from mafsil.simulation import Recording
+from mafsil.studio.recordings import Recorded
 from mafsil.studio.studio import Script, Studio
 from mafsil.toml_source import parsed_toml
 
@@ -107,7 +108,7 @@ def _add(studio: Studio, tapes: Sequence[_Tape]) -> None:
                     "studio.other_joints", path=visible(str(tape.path)), robot=visible(studio.arm.robot.name)
                 )
             report = None if tape.folder is None or not (tape.folder / REPORT).is_file() else tape.folder / REPORT
-            studio.recordings.add(_title(tape), tape.recording, report)
+            studio.recordings.add(Recorded(_title(tape), tape.recording, report))
     except MafsilError:
         studio.server.close()
         raise

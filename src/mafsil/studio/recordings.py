@@ -18,6 +18,8 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.job.planning.plan import Plan
 from mafsil.messages.visible import visible
+from mafsil.report.content import Scene
+from mafsil.report.page import tape_data
 from mafsil.robot import Robot
 from mafsil.simulation import Recording
 from mafsil.studio.broadcast import Broadcast
@@ -42,11 +44,13 @@ class Recorded:
         title: for people.
         recording: the motion.
         report: path of its report, if there is one.
+        scene: what the arm carries and what stands around it, where that is known.
     """
 
     title: str
     recording: Recording
     report: Path | None
+    scene: Scene | None = None
 
 
 class Recordings:
@@ -63,7 +67,7 @@ class Recordings:
         self._count = 0
         self._lock = threading.Lock()
 
-    def add(self, title: str, recording: Recording, report: Path | None) -> int:
+    def add(self, recorded: Recorded) -> int:
         """Keep one more, and tell the windows.
 
         Returns:
@@ -72,7 +76,7 @@ class Recordings:
         with self._lock:
             self._count += 1
             number = self._count
-            self._kept[number] = Recorded(title, recording, report)
+            self._kept[number] = recorded
             while len(self._kept) > MOST_KEPT:
                 del self._kept[min(self._kept)]
         self._broadcast.send(self.list_recordings())
@@ -97,12 +101,13 @@ class Recordings:
         return found
 
     def data(self, number: int) -> Mapping[str, Any]:
-        """What a window needs to replay one: times [s], coordinates as they were and as they should have been.
+        """What a window needs to replay one: times [s], coordinates as they were and as they should have been, scenery.
 
         Raises:
             InputError: there is none, or it is of another robot.
         """
-        tape = self._drawable(number).recording
+        recorded = self._drawable(number)
+        tape = recorded.recording
         rows = np.unique(np.linspace(0, len(tape.t) - 1, min(MOST_ROWS, len(tape.t))).round().astype(int))
         return {
             "number": number,
@@ -110,6 +115,7 @@ class Recordings:
             "q": tape.q[rows].tolist(),
             "q_ref": tape.q_ref[rows].tolist(),
             "tip_error": tape.tip_position_error[rows].tolist(),
+            "scenery": recorded.scene and tape_data(recorded.scene),
         }
 
     def compare(self, first: int, second: int) -> Mapping[str, Any]:

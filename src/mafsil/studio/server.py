@@ -27,8 +27,7 @@ from typing import Any, ClassVar, cast
 
 from mafsil.errors import InputError, MafsilError
 from mafsil.messages import say
-from mafsil.studio.broadcast import Broadcast, Full, encode
-from mafsil.studio.sentences import in_all_languages
+from mafsil.studio.broadcast import Broadcast, Full, encode, in_all_languages
 
 TOKEN_BYTES = 24
 _LOCAL = ("127.0.0.1", "localhost")

@@ -30,13 +30,13 @@ from mafsil.page.arm import Arm
 from mafsil.page.assemble import assemble, needed_quantities
 from mafsil.page.content import content
 from mafsil.page.session import Session, pose_from
+from mafsil.report.replay import replay_scene
 from mafsil.report.results import FILES
 from mafsil.robot import as_open_tree
-from mafsil.studio.broadcast import Broadcast
+from mafsil.studio.broadcast import Broadcast, in_all_languages
 from mafsil.studio.job_runner import JobRunner
 from mafsil.studio.protocol import Changes, Drop, JobText, Nothing, Number, Pair, Pose, Put, action, read
-from mafsil.studio.recordings import Recordings
-from mafsil.studio.sentences import in_all_languages
+from mafsil.studio.recordings import Recorded, Recordings
 from mafsil.studio.server import HTML, Content, Server
 
 MOST_LINES = 20_000
@@ -213,7 +213,8 @@ class Studio:
             return configurations(self.arm, asked)
 
     def _ran(self, run: Run, report: Path) -> int:
-        return self.recordings.add(f"{report.parent.name} · {run.job.title or run.robot.name}", run.recording, report)
+        title = f"{report.parent.name} · {run.job.title or run.robot.name}"
+        return self.recordings.add(Recorded(title, run.recording, report, replay_scene(run)))
 
 
 def _done(_: None) -> Mapping[str, Any]:

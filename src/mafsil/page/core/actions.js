@@ -51,7 +51,7 @@ function numbers(values, count) {
  *
  * @type {Object<string, "again" | "added">}
  */
-export const JOINS = { set_joint: "again", reach: "again", swing: "again", search: "again", push: "again", simulate: "added" };
+export const JOINS = { set_joint: "again", set_joints: "again", reach: "again", swing: "again", search: "again", push: "again", simulate: "added" };
 
 /** Whether an action continues the gesture of the one before. @param {Action | undefined} last @param {Action} next */
 export function joins(last, next) {

@@ -13,7 +13,10 @@ export const wantedState = () => history.state?.kept || location.hash.slice(1);
 /** @param {object} app */
 export function stateText({ store, stage, words, tab }) {
   const { camera } = stage, { shown } = store, replay = shown.replay ?? shown.left;
-  const fields = { q: listOf(store.state.q), camera: listOf([...camera.target, camera.azimuth, camera.elevation, camera.distance]), tab, language: words.chosen, units: `${shown.angle},${shown.length}` };
+  const fields = {
+    q: listOf(store.state.q), camera: listOf([...camera.target, camera.azimuth, camera.elevation, camera.distance]), tab,
+    language: words.chosen, units: `${shown.angle},${shown.length}`
+  };
   if (shown.theme !== "system") fields.theme = shown.theme;
   if (shown.replay) delete fields.q;
   if (replay) fields.t = replay.time.toFixed(3);

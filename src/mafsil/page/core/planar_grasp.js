@@ -14,7 +14,9 @@ const NONE = 1e-9; // share of the sizes of two vectors below which their produc
  * @returns {Finger}
  */
 export function fingerAt(corners, length) {
-  const sides = corners.map((from, k) => ({ from, to: corners[(k + 1) % corners.length] })).map(({ from, to }) => ({ from, way: [to[0] - from[0], to[1] - from[1]] }));
+  const sides = corners.map((from, k) => ({ from, to: corners[(k + 1) % corners.length] })).map(({ from, to }) => ({
+    from, way: [to[0] - from[0], to[1] - from[1]]
+  }));
   const lengths = sides.map(({ way }) => Math.hypot(...way)), whole = lengths.reduce((a, b) => a + b);
   let left = ((length % whole) + whole) % whole, k = 0;
   while (k < sides.length - 1 && left > lengths[k]) left -= lengths[k++];

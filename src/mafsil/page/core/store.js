@@ -23,10 +23,22 @@ export class Store {
     this.entries = [];
     this.link = NO_LINK;
     this.open = false; // a gesture is going on
-    /** Actions that views bring: each is a list of actions of the package. @type {Object<string, (state: State, given: any, arm: Arm) => [string, object][]>} */
+    /**
+     * Actions that views bring: each is a list of actions of the package.
+     *
+     * @type {Object<string, (state: State, given: any, arm: Arm) => [string, object][]>}
+     */
     this.own = {};
-    /** What views show without being asked by an action: languages, ghosts, the branch and the thing that are pointed at, what is hidden, units, the joint that is touched, a posture that is pointed at, the pose that is wished for, the replay that is going on or was left, a table that was edited. */
-    this.shown = { ghosts: false, peek: -1, lit: null, hidden: new Set(), angle: "rad", length: "m", theme: "system", frames: false, touched: -1, preview: null, loads: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, left: null, table: null };
+    /**
+     * What views show without being asked by an action: languages, ghosts, the branch and the thing that are pointed at,
+     * what is hidden, units, the joint that is touched, a posture that is pointed at, the pose that is wished for, the
+     * replay that is going on or was left, a table that was edited.
+     */
+    this.shown = {
+      ghosts: false, peek: -1, lit: null, hidden: new Set(), angle: "rad", length: "m", theme: "system", frames: false, touched: -1,
+      preview: null, loads: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, left: null,
+      table: null
+    };
     /** @type {Set<(what: string) => void>} */
     this.listeners = new Set();
   }

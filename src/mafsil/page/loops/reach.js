@@ -57,7 +57,7 @@ export function taken(state, T, row, arm) {
   if (!one) throw new RangeError(`there are ${branches.length} branches, counted from 0; ${row} is none`);
   if (one.within) return placed(state, lifted(arm.settings, hereOf(state), one.q), "solved");
   const status = one.solves ? "beyond_limits" : "no_branch";
-  return { ...state, status, reason: reasonAt(T, branches, arm) ?? reasonOf(one, branches) };
+  return { ...state, status, reason: reasonAt(T, branches, arm) ?? reasonOf(one, branches, arm) };
 }
 
 /**
@@ -75,13 +75,22 @@ export function swung(state, { joint, value, branch }, arm) {
 }
 
 /** Why one branch does not reach a pose that others reach. */
-function reasonOf(one, branches) {
+function reasonOf(one, branches, { settings }) {
   const count = branches.filter((branch) => branch.within).length;
   if (!one.solves) return { key: "why_branch_none", values: { branch: one.row, count } };
-  return { key: "why_branch_limits", values: { branch: one.row, excess: short(one.excess), count } };
+  return { key: "why_branch_limits", values: { branch: one.row, excess: excessText(one, settings), count } };
 }
 
 const short = (x) => Number(x.toPrecision(4));
+
+/** By how much a branch is beyond the limits, in the unit of the joint that is farthest beyond. @param {Branch} branch */
+export function excessOf({ q, excess }, settings) {
+  const [lower, upper] = boundsOf(settings), over = q.map((value, k) => Math.max(value - upper[k], lower[k] - value));
+  return { excess, prismatic: settings.prismatic[settings.places[over.indexOf(Math.max(...over))]] };
+}
+
+/** The same in words. */
+const excessText = (branch, settings) => `${short(branch.excess)} ${excessOf(branch, settings).prismatic ? "m" : "rad"}`;
 
 /** The row whose coordinates are nearest to where the arm is, among those that solve the pose within the limits. */
 export function nearestRow(state, branches, settings) {
@@ -103,8 +112,8 @@ export function reasonAt(T, branches, { settings }) {
   if (branches.some((branch) => branch.within)) return null;
   const solving = branches.filter((branch) => branch.solves);
   if (solving.length) {
-    const excess = Math.min(...solving.map((branch) => branch.excess));
-    return { key: "why_limits", values: { count: solving.length, excess: short(excess) } };
+    const nearest = solving.reduce((a, b) => (b.excess < a.excess ? b : a));
+    return { key: "why_limits", values: { count: solving.length, excess: excessText(nearest, settings) } };
   }
   const distance = Math.hypot(...settings.centre.map((c, k) => T[4 * k + 3] - c));
   if (settings.radius !== null && distance > settings.radius)

@@ -3,7 +3,7 @@
 import { Vector } from "../../scene/matrix.js";
 import { drawn, element, written } from "../views/elements.js";
 
-const WIDE_COMPASS = 92, LONG_AXIS = 33; // pixels
+const WIDE_COMPASS = 116, LONG_AXIS = 45; // pixels
 const WAYS_OF_COMPASS = [["x", [1, 0, 0], 0, 0], ["y", [0, 1, 0], Math.PI / 2, 0], ["z", [0, 0, 1], -Math.PI / 2, 1.57],
   ["−x", [-1, 0, 0], Math.PI, 0], ["−y", [0, -1, 0], -Math.PI / 2, 0]];
 const SHORTEST = 70; // pixels that the bar of the scale has at least
@@ -19,7 +19,11 @@ export class Compass {
     this.stage = stage;
     this.ways = WAYS_OF_COMPASS.map(([name, way, azimuth, elevation]) => {
       const line = drawn("line", { x1: 0, y1: 0, class: `axis ${name}` });
-      const button = element("button", { type: "button", class: name.length > 1 ? "back" : name, onclick: () => { stage.camera.look(azimuth, elevation); stage.frame(); stage.changed(); } }, name.length > 1 ? "" : name);
+      const button = element(
+        "button",
+        { type: "button", class: name.length > 1 ? "back" : name, onclick: () => { stage.camera.look(azimuth, elevation); stage.frame(); stage.changed(); } },
+        name.length > 1 ? "" : name
+      );
       if (name.length === 1) lines.append(line);
       return { name, way, line, button };
     });
@@ -60,7 +64,10 @@ export class Compass {
 
   paintGravity(x, y) {
     const long = Math.hypot(x, y), [u, v] = long ? [x / long, y / long] : [0, 0], tip = (s, side) => `${x + s * u - side * v} ${y + s * v + side * u}`;
-    this.arrow.setAttribute("d", long < 6 ? "M -3 0 A 3 3 0 1 0 3 0 A 3 3 0 1 0 -3 0" : `M 0 0 L ${tip(-6, 0)} M ${tip(-6, 3.5)} L ${tip(0, 0)} L ${tip(-6, -3.5)} Z`);
+    this.arrow.setAttribute(
+      "d",
+      long < 6 ? "M -3 0 A 3 3 0 1 0 3 0 A 3 3 0 1 0 -3 0" : `M 0 0 L ${tip(-6, 0)} M ${tip(-6, 3.5)} L ${tip(0, 0)} L ${tip(-6, -3.5)} Z`
+    );
     this.letter.setAttribute("x", x + 8);
     this.letter.setAttribute("y", y + 4);
   }

@@ -2,6 +2,7 @@
 
 import { Vector } from "../../scene/matrix.js";
 import { quaternionOf, turned } from "../core/rotations.js";
+import { isLed, ledTo } from "../loops/follow.js";
 import { branchesAt, nearestRow, poseFrom, reasonAt, tipPose } from "../loops/reach.js";
 import { searched } from "../loops/search.js";
 import { handleAt, ledBy } from "./handles.js";
@@ -9,6 +10,7 @@ import { handleAt, ledBy } from "./handles.js";
 const GRIP = 22; // pixels around the tip
 const SNAP = 0.005; // m: places of targets
 const HALVINGS = 14; // of the way to a place that is not reached
+const NEARLY_THERE = 1e-4; // m | rad: a tool as near as this is where it is wished
 const NUDGE = 0.01; // share of the scene's size that a key moves
 const micrometres = (x) => Math.round(x * 1e6) / 1e6;
 const fine = (x) => Math.round(x * 1e9) / 1e9;
@@ -26,15 +28,15 @@ export class ToolDrag {
     return { T, ...camera.project([T[3], T[7], T[11]], width, height) };
   }
 
-  /** The target under the pointer, where targets can be placed; -1 where there is none. */
-  targetAt({ clientX, clientY }) {
+  /** What is under the pointer of the things that can be placed; -1 where nothing is. */
+  gripAt({ clientX, clientY }) {
     const { stage } = this, { app } = stage, box = stage.canvas.getBoundingClientRect();
-    return app.placed && app.player.scenery && !app.player.replay ? app.player.scenery.targetAt(clientX - box.left, clientY - box.top, stage, 0.6 * GRIP) : -1;
+    return app.placed && app.player.scenery && !app.player.replay ? app.player.scenery.gripAt(clientX - box.left, clientY - box.top, stage, 0.6 * GRIP) : -1;
   }
 
   /** Whether the pointer is at the tool. */
   near({ clientX, clientY }) {
-    if (this.stage.app.store.arm.settings.driven) return false; // the tool of a robot with loops is not led
+    if (!isLed(this.stage.app.store.arm)) return false;
     const box = this.stage.canvas.getBoundingClientRect(), { x, y } = this.place();
     return Math.hypot(clientX - box.left - x, clientY - box.top - y) < GRIP;
   }
@@ -52,9 +54,9 @@ export class ToolDrag {
       this.going.handle = { ...handle, along: [0, 4, 8].map((r) => this.going.T[r + handle.axis]) };
       return;
     }
-    const target = this.near(event) ? -1 : this.targetAt(event);
+    const target = this.near(event) ? -1 : this.gripAt(event);
     if (target >= 0) {
-      const position = this.stage.app.player.scenery.tape.targets[target].pose.slice(0, 3), { camera, width, height } = this.stage;
+      const position = this.stage.app.player.scenery.grips()[target], { camera, width, height } = this.stage;
       this.going = { target, x: event.clientX, y: event.clientY, position, placed: position, depth: camera.project(position, width, height).depth };
     }
     if (target >= 0 || !this.near(event)) return;
@@ -101,7 +103,7 @@ export class ToolDrag {
 
   /** One step by a key. */
   nudge([dx, dy], deep) {
-    if (this.stage.app.store.arm.settings.driven) return;
+    if (!isLed(this.stage.app.store.arm)) return;
     const { camera, app } = this.stage, step = NUDGE * app.data.scene.size;
     this.start(0, 0);
     const { position, quaternion } = this.going, way = deep ? camera.away : camera.up;
@@ -113,7 +115,12 @@ export class ToolDrag {
   lead(position, quaternion) {
     const { store } = this.stage.app, { arm } = store;
     const given = { position: position.map(micrometres), quaternion: quaternion.map(fine) };
-    const T = poseFrom(given.position, given.quaternion), exact = store.shown.method !== "search" && arm.settings.rotates && arm.kernels.branches;
+    const T = poseFrom(given.position, given.quaternion);
+    if (arm.settings.driven) {
+      this.leadLoops(T);
+      return;
+    }
+    const exact = store.shown.method !== "search" && arm.settings.rotates && arm.kernels.branches;
     if (!exact) {
       const { reason } = searched(store.base, T, arm);
       if (!reason) store.do("search", given, { gesture: true });
@@ -129,6 +136,14 @@ export class ToolDrag {
       if (nearest) store.do("reach", { ...given, position: nearest, branch: row }, { gesture: true });
       store.show({ wish: T, refusal: reasonAt(T, branches, arm) ?? { key: "why_other_branches", values: { count } } });
     }
+  }
+
+  /** The same of a robot with loops: as near as its driven joints bring the tool. @param {number[]} T */
+  leadLoops(T) {
+    const { store } = this.stage.app, { q, miss } = ledTo(store.state, T, store.arm), held = miss > NEARLY_THERE;
+    store.do("set_joints", { values: q }, { gesture: true });
+    const here = tipPose(store.state, store.arm), away = Math.hypot(...[3, 7, 11].map((k) => T[k] - here[k]));
+    store.show({ wish: held ? T : null, refusal: held ? { key: "why_held", values: { miss: Number(away.toPrecision(3)) } } : null });
   }
 
   /**

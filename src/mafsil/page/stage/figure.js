@@ -31,7 +31,8 @@ function made(renderer, shape) {
 
 /** Points around things that are drawn, in the world. @param {{mesh: object, model: ArrayLike<number>}[]} items @returns {number[][]} */
 export function around(items) {
-  return items.flatMap(({ mesh, model: m }) => (mesh.outermost ?? []).map(([x, y, z]) => [0, 1, 2].map((r) => m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r])));
+  return items
+    .flatMap(({ mesh, model: m }) => (mesh.outermost ?? []).map(([x, y, z]) => [0, 1, 2].map((r) => m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r])));
 }
 
 /** Column after column, from 16 numbers row after row. */
@@ -80,7 +81,9 @@ export class Figure {
    * @param {{hidden: Set<string>, lit: string | null}} marks @param {string} kind  before the number of a body in its key
    */
   placed(solids, poses, { hidden, lit } = NO_MARKS, kind = "link") {
-    return solids.filter(({ link }) => !hidden.has(`${kind} ${link}`)).map(({ link, mesh, local, colour }) => ({ mesh, colour: lit === `${kind} ${link}` ? lightened(colour) : colour, shadow: true, model: Matrix.multiply(poses[link], local) }));
+    return solids.filter(({ link }) => !hidden.has(`${kind} ${link}`)).map(({ link, mesh, local, colour }) => ({
+      mesh, colour: lit === `${kind} ${link}` ? lightened(colour) : colour, shadow: true, model: Matrix.multiply(poses[link], local)
+    }));
   }
 
   /** The robot with its links at these poses (16 numbers each, row after row). */
@@ -131,7 +134,10 @@ export class Figure {
   pointer(from, to, colour) {
     const along = Vector.minus(to, from), long = Math.hypot(...along), neck = Vector.plus(to, along, -0.06 * this.size / long);
     const shaft = this.rod(from, neck, colour, 0.007 * this.size), turn = Array.from(shaft.model), thick = 0.007 * this.size;
-    const model = Float32Array.of(...turn.slice(0, 3).map((x) => x / thick), 0, ...turn.slice(4, 7).map((x) => x / thick), 0, ...along.map((x) => x / long), 0, ...neck, 1);
+    const model = Float32Array.of(
+      ...turn.slice(0, 3).map((x) => x / thick), 0, ...turn.slice(4, 7).map((x) => x / thick), 0, ...along.map((x) => x / long), 0, ...neck,
+      1
+    );
     return [shaft, { mesh: this.tipOfPointer, colour, model }];
   }
 

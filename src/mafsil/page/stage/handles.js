@@ -20,10 +20,16 @@ const onCircle = (centre, u, v, radius, angle) => Vector.plus(Vector.plus(centre
 const sideways = (axis) => Vector.unit(Vector.cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
 
 /** The handles of a pose: each with the points of its line in the picture. @param {ArrayLike<number>} T @param {object} stage */
-function handlesOf(T, { camera, width, height }) {
+function handlesOf(T, { camera, width, height, app }) {
   const at = originOf(T), pixel = camera.reach(camera.project(at, width, height).depth, height);
   const shifts = [0, 1, 2].map((axis) => ({ kind: "shift", axis, points: [0.35, 1].map((share) => Vector.plus(at, columnOf(T, axis), share * LONG * pixel)) }));
-  const turns = [0, 1, 2].map((axis) => ({ kind: "turn", axis, points: Array.from({ length: STEPS + 1 }, (_, k) => onCircle(at, columnOf(T, (axis + 1) % 3), columnOf(T, (axis + 2) % 3), WIDE * pixel, 2 * Math.PI * k / STEPS)) }));
+  const { driven } = app.store.arm.settings, turns = (driven && driven.length < 6 ? [] : [0, 1, 2]).map((axis) => ({
+    kind: "turn", axis,
+    points: Array.from(
+      { length: STEPS + 1 },
+      (_, k) => onCircle(at, columnOf(T, (axis + 1) % 3), columnOf(T, (axis + 2) % 3), WIDE * pixel, 2 * Math.PI * k / STEPS)
+    )
+  }));
   return [...shifts, ...turns];
 }
 
@@ -47,7 +53,9 @@ function awayFrom(x, y, points) {
  */
 export function handleAt(T, x, y, stage) {
   const { camera, width, height } = stage;
-  const found = handlesOf(T, stage).map((one) => ({ ...one, ...awayFrom(x, y, camera.projected(one.points, width, height)) })).filter(({ away }) => away < NEAR).sort((a, b) => a.away - b.away)[0];
+  const found = handlesOf(T, stage).map((one) => ({
+    ...one, ...awayFrom(x, y, camera.projected(one.points, width, height))
+  })).filter(({ away }) => away < NEAR).sort((a, b) => a.away - b.away)[0];
   if (!found) return null;
   const { kind, axis, points, piece } = found, [a, b] = camera.projected(points.slice(piece, piece + 2), width, height);
   const length = kind === "shift" ? Math.hypot(...Vector.minus(points[1], points[0])) : 2 * Math.PI / STEPS;
@@ -75,13 +83,16 @@ export function drawHandles(T, stage, lit) {
 
 /** Rods along an arc. */
 function arcRods(figure, { centre, u, v, radius }, from, to, colour, thick = 0.004) {
-  const count = Math.max(1, Math.ceil(Math.abs(to - from) / PIECE)), points = Array.from({ length: count + 1 }, (_, k) => onCircle(centre, u, v, radius, from + (to - from) * k / count));
+  const count = Math.max(1, Math.ceil(Math.abs(to - from) / PIECE)), points = Array.from(
+    { length: count + 1 }, (_, k) => onCircle(centre, u, v, radius, from + (to - from) * k / count)
+  );
   return points.slice(1).map((end, k) => figure.rod(points[k], end, colour, thick * figure.size));
 }
 
 /** Where a joint is: its middle, its axis and a direction that goes with its link. */
 function frameOf(joint, poses) {
-  const T = poses.subarray(16 * joint.link, 16 * joint.link + 16), turned = (way) => [0, 1, 2].map((r) => T[4 * r] * way[0] + T[4 * r + 1] * way[1] + T[4 * r + 2] * way[2]);
+  const T = poses.subarray(16 * joint.link, 16 * joint.link + 16),
+    turned = (way) => [0, 1, 2].map((r) => T[4 * r] * way[0] + T[4 * r + 1] * way[1] + T[4 * r + 2] * way[2]);
   const axis = turned(joint.axis), u = turned(sideways(joint.axis));
   return { centre: originOf(T), axis, u, v: Vector.cross(axis, u) };
 }
@@ -92,22 +103,33 @@ function frameOf(joint, poses) {
  * @param {number} k @param {Float32Array} poses  of the links @param {object} stage
  */
 export function drawLimits(k, poses, { figure, colours, app: { store, data } }) {
-  const joint = data.robot.joints[k], { lower, upper } = store.arm.settings, here = hereOf(store.state)[k], frame = frameOf(joint, poses), radius = 0.17 * figure.size;
+  const joint = data.robot.joints[k], { lower, upper } = store.arm.settings, here = hereOf(store.state)[k], frame = frameOf(joint, poses),
+    radius = 0.17 * figure.size;
   const bounded = lower[k] !== null && upper[k] !== null, free = joint.prismatic ? 0.3 * figure.size : Math.PI;
-  const [low, high] = bounded ? [lower[k] - here, upper[k] - here] : [-free, free], end = bounded ? NEARLY * (high - low) : 0, plain = [...colours.s0.slice(0, 3), 0.9];
-  const parts = [[low, low + end, colours.bad], [low + end, high - end, plain], [high - end, high, colours.bad]].filter(([from, to]) => to > from), hot = bounded && (low > -end || high < end);
+  const [low, high] = bounded ? [lower[k] - here, upper[k] - here] : [-free, free], end = bounded ? NEARLY * (high - low) : 0,
+    plain = [...colours.s0.slice(0, 3), 0.9];
+  const parts = [
+    [low, low + end, colours.bad], [low + end, high - end, plain], [high - end, high, colours.bad]
+  ].filter(([from, to]) => to > from), hot = bounded && (low > -end || high < end);
   if (joint.prismatic) {
     const at = (way) => Vector.plus(Vector.plus(frame.centre, frame.u, radius), frame.axis, way);
-    return overAll([...parts.map(([from, to, colour]) => figure.rod(at(from), at(to), colour, 0.006 * figure.size)), figure.dot(at(0), 0.016 * figure.size, hot ? colours.bad : colours.accent)]);
+    return overAll([
+      ...parts.map(([from, to, colour]) => figure.rod(at(from), at(to), colour, 0.006 * figure.size)),
+      figure.dot(at(0), 0.016 * figure.size, hot ? colours.bad : colours.accent)
+    ]);
   }
-  const ring = { ...frame, radius }, needle = figure.rod(frame.centre, onCircle(frame.centre, frame.u, frame.v, 1.12 * radius, 0), hot ? colours.bad : colours.accent, 0.005 * figure.size);
+  const ring = { ...frame, radius }, needle = figure.rod(
+    frame.centre, onCircle(frame.centre, frame.u, frame.v, 1.12 * radius, 0), hot ? colours.bad : colours.accent, 0.005 * figure.size
+  );
   const sweep = parts.map(([from, to, colour]) => [Math.max(from, -2 * Math.PI), Math.min(to, 2 * Math.PI), colour]);
   return overAll([...sweep.flatMap(([from, to, colour]) => arcRods(figure, ring, from, to, colour, 0.006)), needle]);
 }
 
 /** Efforts that hold the arm still: a moment as an arc about its joint, a force along it, as large as its share of the motor. */
 export function drawLoads(poses, { figure, colours, app: { store, data } }) {
-  const { motors, efforts } = heldEfforts(store, data), { effort } = store.arm.settings, most = Math.max(1, ...Array.from(efforts, Math.abs).filter(Number.isFinite));
+  const { motors, efforts } = heldEfforts(store, data), { effort } = store.arm.settings, most = Math.max(
+    1, ...Array.from(efforts, Math.abs).filter(Number.isFinite)
+  );
   return overAll(motors.flatMap((k, at) => {
     const joint = data.robot.joints[k], share = efforts[at] / (effort[k] ?? most), frame = frameOf(joint, poses), size = 0.13 * figure.size;
     if (!Number.isFinite(share) || Math.abs(share) < 0.01) return [];
@@ -115,6 +137,9 @@ export function drawLoads(poses, { figure, colours, app: { store, data } }) {
     if (joint.prismatic) return figure.pointer(frame.centre, Vector.plus(frame.centre, frame.axis, 2 * way * size), colour);
     const ring = { ...frame, radius: size }, sweep = 0.5 * Math.sign(way) + 4.5 * way, tip = onCircle(frame.centre, frame.u, frame.v, size, sweep);
     const tangent = Vector.plus(Vector.plus([0, 0, 0], frame.u, -Math.sin(sweep) * Math.sign(way)), frame.v, Math.cos(sweep) * Math.sign(way));
-    return [...arcRods(figure, ring, 0, sweep, colour, 0.006), ...figure.pointer(Vector.plus(tip, tangent, -0.01 * size), Vector.plus(tip, tangent, 0.065 * figure.size), colour)];
+    return [
+      ...arcRods(figure, ring, 0, sweep, colour, 0.006),
+      ...figure.pointer(Vector.plus(tip, tangent, -0.01 * size), Vector.plus(tip, tangent, 0.065 * figure.size), colour)
+    ];
   }));
 }

@@ -6,6 +6,7 @@ import { element, sentence, written } from "../views/elements.js";
 import { Scenery, floats } from "./scenery.js";
 
 const KEY_FRAMES = 5, STOPS = 60; // of a run on paper; colours of a lane
+const ROOM = 0.03; // of the picture, beside what is seen on paper
 const SEEN = 12; // configurations along a motion that the picture is framed by
 const at = (id) => document.getElementById(id);
 
@@ -32,13 +33,19 @@ export class Player {
     at("flags").append(...this.flags);
     at("lanes").append(...lanesOf(app.data));
     this.listen();
-    app.join({ tick: ({ store }, now) => goOn(store, now), update: () => this.update(), items: (stage) => this.items(stage), along: () => this.along(), outermost: () => this.scenery?.outermost() ?? [] });
+    app.join({
+      tick: ({ store }, now) => goOn(store, now), update: () => this.update(), items: (stage) => this.items(stage),
+      along: () => this.along(), outermost: () => this.scenery?.outermost() ?? []
+    });
   }
 
   /** The run that the page carries, from its beginning or from where the address says. */
   open(tape) {
     const { store } = this.app, q = floats(tape.q), { n } = store.arm.settings;
-    const first = { t: Array.from({ length: tape.frames }, (_, k) => Math.min(k * tape.period, tape.end)), q: Array.from({ length: tape.frames }, (_, k) => q.subarray(n * k, n * k + n)) };
+    const first = {
+      t: Array.from({ length: tape.frames }, (_, k) => Math.min(k * tape.period, tape.end)),
+      q: Array.from({ length: tape.frames }, (_, k) => q.subarray(n * k, n * k + n))
+    };
     this.period = tape.period;
     const moment = new URLSearchParams(wantedState()).get("t"), still = moment !== null || matchMedia("(prefers-reduced-motion: reduce)").matches;
     store.show({ replay: posed({ first, second: null, time: Math.min(lengthOf(first), Number(moment) || 0), playing: !still }) });
@@ -52,7 +59,9 @@ export class Player {
   /** Something else stands around the arm. @param {object} around  as a page carries it */
   surround(around) {
     const { planned } = this.scenery ?? {};
-    this.scenery = Object.assign(new Scenery(this.app.stage.figure, around, this.app.stage.kind === "flat"), { planned });
+    this.scenery = new Scenery(this.app.stage.figure, around, this.app.stage.kind === "flat");
+    this.period = around.period;
+    if (!around.frames) this.scenery.planned = planned;
     this.app.tree.speak();
     if (this.app.stage.framed) this.app.stage.frame();
     this.app.draw();
@@ -89,16 +98,24 @@ export class Player {
   strip() {
     const { replay, app: { stage } } = this;
     if (!replay) return;
-    const { time } = replay;
+    const { time } = replay, spread = this.spread();
     at("strip").replaceChildren(...Array.from({ length: KEY_FRAMES }, (_, k) => {
       posed(Object.assign(replay, { time: k * this.end / (KEY_FRAMES - 1) }));
       stage.draw(stage.items(), true);
-      const { width, height } = stage.canvas, copy = element("canvas", { width, height });
-      copy.getContext("2d").drawImage(stage.canvas, 0, 0);
+      const { width, height } = stage.canvas, [left, right] = spread.map((x) => Math.round(x * width / stage.width)),
+        copy = element("canvas", { width: right - left, height });
+      copy.getContext("2d").drawImage(stage.canvas, -left, 0);
       return element("figure", {}, copy, element("figcaption", { dir: "ltr" }, `${replay.time.toFixed(2)} s`));
     }));
     posed(Object.assign(replay, { time }));
     stage.paint();
+  }
+
+  /** From where to where the picture is filled, from left to right, with some room [CSS pixels]. */
+  spread() {
+    const { stage } = this.app, places = stage.camera.projected(stage.outermost(), stage.width, stage.height).map(({ x }) => x);
+    const room = ROOM * stage.width;
+    return places.length ? [Math.max(0, Math.min(...places) - room), Math.min(stage.width, Math.max(...places) + room)] : [0, stage.width];
   }
 
   /** Names of the moves, and what the buttons say, in the language that is chosen. */
@@ -136,14 +153,21 @@ export class Player {
   items(stage) {
     const { store } = this.app;
     if (!this.scenery) return [];
-    const tip = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), frame = this.replay ? this.replay.time / this.period : 0, list = this.scenery.items(frame, tip, stage.colours.accent, store.shown);
+    const tip = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), frame = this.replay ? this.replay.time / this.period : 0,
+      list = this.scenery.items(
+      frame, tip, stage.colours.accent, store.shown
+    );
+    if (this.app.placed && !this.replay) list.push(...this.scenery.gripDots(stage.colours.accent));
     return store.shown.replay ? [...list, ...stage.push(tip, this.scenery.force(frame)).map((one) => ({ ...one, over: true }))] : list;
   }
 }
 
 /** Strips over time that turn red: where something comes nearer than four times the clearance, where limits are used up. */
 function lanesOf({ time, plots = [] }) {
-  const heat = { clearance: (row, [bound]) => (4 * Math.max(bound, 1e-3) - row[0]) / (3 * Math.max(bound, 1e-3)), limit_used: (row) => (Math.max(...row.filter(Number.isFinite)) - 60) / 40 };
+  const heat = {
+    clearance: (row, [bound]) => (4 * Math.max(bound, 1e-3) - row[0]) / (3 * Math.max(bound, 1e-3)),
+    limit_used: (row) => (Math.max(...row.filter(Number.isFinite)) - 60) / 40
+  };
   return plots.filter(({ column }) => column in heat).map(({ column, values, limits, names }) => {
     const t = floats(time), numbers = floats(values), width = names.length, lane = element("i", { "data-lane": column });
     const row = (k) => Array.from(numbers.subarray(k * width, k * width + width)), bound = (k) => (width > 1 ? row(k)[1] : limits?.[0][0] ?? 0);
@@ -152,7 +176,8 @@ function lanesOf({ time, plots = [] }) {
       const stop = Math.min(STOPS - 1, Math.floor(STOPS * t[k] / (t.at(-1) || 1)));
       hot[stop] = Math.max(hot[stop], Math.min(1, heat[column](row(k), [bound(k)]) || 0));
     }
-    lane.style.background = `linear-gradient(to right, ${hot.map((share) => `color-mix(in srgb, var(--${column === "clearance" ? "bad" : "accent"}) ${Math.round(100 * share)}%, var(--good-soft))`).join(", ")})`;
+    lane.style.background = `linear-gradient(to right, ${hot
+      .map((share) => `color-mix(in srgb, var(--${column === "clearance" ? "bad" : "accent"}) ${Math.round(100 * share)}%, var(--good-soft))`).join(", ")})`;
     return lane;
   });
 }

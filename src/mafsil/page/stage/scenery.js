@@ -22,7 +22,10 @@ export class Scenery {
    */
   constructor(figure, tape, flat = false) {
     const { size, renderer } = figure;
-    Object.assign(this, { figure, tape, flat, shown: true, tips: floats(tape.tips ?? ""), reference: floats(tape.reference ?? ""), forces: floats(tape.forces ?? "") });
+    Object.assign(
+      this,
+      { figure, tape, flat, shown: true, tips: floats(tape.tips ?? ""), reference: floats(tape.reference ?? ""), forces: floats(tape.forces ?? "") }
+    );
     this.solids = figure.solids(tape.scenery);
     this.carried = tape.carried.map(({ poses, first, end }) => ({ poses: floats(poses), first, end }));
     this.fixed = tape.fixed.map((pose) => Matrix.pose(...pose));
@@ -32,7 +35,9 @@ export class Scenery {
     this.few = places.length <= FEW_TARGETS ? places : [];
     this.many = places.length <= FEW_TARGETS || flat ? [] : AXES_SEEN.map((colour, axis) => ({
       colour,
-      mesh: renderer.mesh(Shapes.sticks(places.map((T) => [Array.from(T.slice(12, 15)), Array.from(T.slice(4 * axis, 4 * axis + 3))]), size * 0.035, size * 0.0016)),
+      mesh: renderer.mesh(Shapes.sticks(
+        places.map((T) => [Array.from(T.slice(12, 15)), Array.from(T.slice(4 * axis, 4 * axis + 3))]), size * 0.035, size * 0.0016
+      )),
     }));
   }
 
@@ -54,7 +59,9 @@ export class Scenery {
    */
   items(frame, tip, colour, marks = NO_MARKS) {
     const list = this.figure.placed(this.solids, this.poses(frame, tip), marks, "thing");
-    this.few.forEach((place, k) => { if (!marks.hidden.has(`target ${k}`)) list.push(...this.figure.arrows(place, { scale: marks.lit === `target ${k}` ? 1.2 : 0.75, opacity: 0.62 })); });
+    this.few.forEach((place, k) => {
+      if (!marks.hidden.has(`target ${k}`)) list.push(...this.figure.arrows(place, { scale: marks.lit === `target ${k}` ? 1.2 : 0.75, opacity: 0.62 }));
+    });
     list.push(...this.trail(colour));
     if (!this.shown || !this.points.length) return list;
     const aim = this.pose(this.reference, frame);
@@ -91,16 +98,31 @@ export class Scenery {
     return [...parts, ...this.fixed];
   }
 
-  /** The target at a place of the picture, if one is as near as this [pixels]; -1 where none is. */
-  targetAt(x, y, { camera, width, height }, near) {
-    const away = camera.projected(this.tape.targets.map(({ pose }) => pose), width, height).map((one) => Math.hypot(one.x - x, one.y - y));
+  /** Where everything is that can be placed: targets, then obstacles and surfaces of a job. @returns {number[][]} */
+  grips() {
+    const { targets, places = [] } = this.tape;
+    return [...targets.map(({ pose }) => pose.slice(0, 3)), ...places.map((_, k) => Array.from(this.fixed[k].slice(12, 15)))];
+  }
+
+  /** A dot at each of the things among them, by which it is led. */
+  gripDots(colour) {
+    return this.grips().slice(this.tape.targets.length).map((at) => ({ ...this.figure.dot(at, this.figure.size * 0.014, colour), over: true }));
+  }
+
+  /** The one of them at a place of the picture, if one is as near as this [pixels]; -1 where none is. */
+  gripAt(x, y, { camera, width, height }, near) {
+    const away = camera.projected(this.grips(), width, height).map((one) => Math.hypot(one.x - x, one.y - y));
     const k = away.indexOf(Math.min(...away));
     return k >= 0 && away[k] < near ? k : -1;
   }
 
-  /** A target somewhere else. */
+  /** One of them somewhere else. */
   place(k, position) {
-    const target = this.tape.targets[k];
+    const { targets } = this.tape, target = targets[k];
+    if (!target) {
+      this.fixed[k - targets.length].set(position, 12);
+      return;
+    }
     target.pose = [...position, ...target.pose.slice(3)];
     if (this.few[k]) this.few[k] = Matrix.pose(...target.pose);
   }
@@ -113,7 +135,8 @@ export class Scenery {
   /** Points of the path, of targets and of what is about as large as the scene. */
   outermost() {
     const { size } = this.figure, things = this.figure.placed(this.solids, [...this.carried.map(({ poses }) => this.pose(poses, 0)), ...this.fixed]);
-    const near = things.map((one) => around([one])).filter((points) => points.length && points.every((point) => points.every((other) => Math.hypot(...Vector.minus(point, other)) < 1.2 * size)));
+    const near = things.map((one) => around([one]))
+      .filter((points) => points.length && points.every((point) => points.every((other) => Math.hypot(...Vector.minus(point, other)) < 1.2 * size)));
     return [...near.flat(), ...this.points, ...this.tape.targets.map(({ pose }) => pose.slice(0, 3))];
   }
 

@@ -1,12 +1,13 @@
 // The picture: draws what the state says whenever it has changed, turns with the pointer and with keys.
 
-import { tipEllipsoids } from "../core/ellipsoids.js";
+import { tipEllipsoids } from "../core/linear.js";
 import { Vector } from "../../scene/matrix.js";
 import { hereOf, lifted } from "../core/state.js";
-import { tipJacobian } from "../loops/follow.js";
+import { isLed, tipJacobian } from "../loops/follow.js";
 import { branchesAt, tipPose } from "../loops/reach.js";
 import { dhChain, dhFrames } from "../core/dh.js";
-import { written } from "../views/elements.js";
+import { branchName } from "../views/branches.js";
+import { element, written } from "../views/elements.js";
 import { Compass } from "./compass.js";
 import { ToolDrag } from "./drag.js";
 import { around } from "./figure.js";
@@ -47,10 +48,11 @@ export class Stage extends Viewport {
   focus({ offsetX, offsetY }) {
     const { camera, width, height, figure } = this, { state, arm } = this.app.store;
     const items = figure.robot(arm.kernels.link_poses(state.q)[0]);
-    const links = Map.groupBy(items.keys(), (k) => figure.parts[k].link);
-    const seen = [...links.values()].map((of) => around(of.map((k) => items[k]))).map((points) => ({ points, places: camera.projected(points, width, height) }));
+    const places = [...new Set(figure.parts.map(({ link }) => link))].map((link) => items.filter((_, k) => figure.parts[k]?.link === link));
+    const seen = places.map(around).map((points) => ({ points, places: camera.projected(points, width, height) }));
     const within = (places, way, at) => Math.min(...places.map((one) => one[way])) < at && at < Math.max(...places.map((one) => one[way]));
-    const under = seen.filter(({ places }) => within(places, "x", offsetX) && within(places, "y", offsetY)).sort((a, b) => Math.min(...a.places.map((one) => one.depth)) - Math.min(...b.places.map((one) => one.depth)));
+    const under = seen.filter(({ places }) => within(places, "x", offsetX) && within(places, "y", offsetY))
+      .sort((a, b) => Math.min(...a.places.map((one) => one.depth)) - Math.min(...b.places.map((one) => one.depth)));
     if (!under.length) this.frame();
     else {
       this.framed = false;
@@ -107,7 +109,10 @@ export class Stage extends Viewport {
       const q = lifted(arm.settings, here, branch.q);
       if (!shown.wish && Math.hypot(...q.map((value, k) => value - here[k])) < 1e-6) return [];
       const poses = arm.kernels.link_poses(q)[0], colour = this.colours[`s${branch.row % 8}`], middle = Math.floor(poses.length / 32) * 16;
-      this.named.push({ row: branch.row, place: [poses[middle + 3], poses[middle + 7], poses[middle + 11]], colour, text: data.branches[words.chosen][branch.code] });
+      this.named.push({
+        row: branch.row, place: [poses[middle + 3], poses[middle + 7], poses[middle + 11]], colour,
+        text: branchName(data.branches[words.chosen], branch)
+      });
       return this.figure.ghost(poses, colour);
     });
   }
@@ -120,11 +125,25 @@ export class Stage extends Viewport {
     const { state, shown, arm } = this.app.store, { figure, colours } = this, { J, n } = tipJacobian(state.q, arm);
     const { directions, velocities, forces } = tipEllipsoids(J, n, tip);
     const thin = figure.size * 0.002, most = Math.max(...forces.map((force) => force ?? 0)) || 1;
-    const drawn = (lengths, colour) => figure.ellipsoid([tip[3], tip[7], tip[11]], directions.map((way, k) => way.map((x) => x * Math.max(lengths[k], thin))), [...colour.slice(0, 3), 0.35]);
+    const drawn = (lengths, colour) => figure.ellipsoid(
+      [tip[3], tip[7], tip[11]], directions.map((way, k) => way.map((x) => x * Math.max(lengths[k], thin))), [...colour.slice(0, 3), 0.35]
+    );
     const list = [];
     if (shown.ellipsoid) list.push(drawn(velocities.map((velocity) => 0.2 * velocity), colours.s0));
     if (shown.forces) list.push(drawn(forces.map((force) => FORCES * figure.size * ((force ?? 0) / most)), colours.s1));
     return list;
+  }
+
+  /** The picture as it is seen, as a file. @returns {Promise<Blob>} */
+  photograph() {
+    this.draw(this.items(), true);
+    const { canvas } = this, made = element("canvas", { width: canvas.width, height: canvas.height }), context = made.getContext("2d");
+    const [top, low] = ["--stage-top", "--stage-low"].map((name) => getComputedStyle(document.documentElement).getPropertyValue(name));
+    context.fillStyle = context.createLinearGradient(0, 0, 0, made.height);
+    for (const [k, colour] of [top, low].entries()) context.fillStyle.addColorStop(k, colour);
+    context.fillRect(0, 0, made.width, made.height);
+    context.drawImage(canvas, 0, 0);
+    return new Promise((done) => made.toBlob(done, "image/png"));
   }
 
   paint() {
@@ -165,11 +184,11 @@ export class Stage extends Viewport {
   }
 
   hover(event) {
-    const { x, y } = this.drag.place(), led = !this.app.store.arm.settings.driven, before = [this.awake, this.handle?.kind, this.handle?.axis].join();
+    const { x, y } = this.drag.place(), led = isLed(this.app.store.arm), before = [this.awake, this.handle?.kind, this.handle?.axis].join();
     this.awake = led && isAwake({ x, y }, event.offsetX, event.offsetY);
     this.handle = this.drag.handleAt(event);
     if ([this.awake, this.handle?.kind, this.handle?.axis].join() !== before) this.changed();
-    this.canvas.classList.toggle("grip", Boolean(this.handle) || this.drag.near(event) || this.drag.targetAt(event) >= 0);
+    this.canvas.classList.toggle("grip", Boolean(this.handle) || this.drag.near(event) || this.drag.gripAt(event) >= 0);
   }
 
   lead(event) {
@@ -191,7 +210,8 @@ export class Stage extends Viewport {
 function freePlace(x, y, width, height, taken) {
   const inside = (at, size) => Math.min(Math.max(at, DOT / 2), size - DOT / 2);
   for (let ring = 0; ; ring++) for (let k = 0; k < Math.max(1, 8 * ring); k++) {
-    const turn = (2 * Math.PI * k) / Math.max(1, 8 * ring), left = inside(x + ring * DOT * Math.cos(turn), width), top = inside(y + ring * DOT * Math.sin(turn), height);
+    const turn = (2 * Math.PI * k) / Math.max(1, 8 * ring), left = inside(x + ring * DOT * Math.cos(turn), width),
+      top = inside(y + ring * DOT * Math.sin(turn), height);
     if (ring > 20 || taken.every(([a, b]) => Math.abs(a - left) >= DOT || Math.abs(b - top) >= DOT)) return [left, top];
   }
 }

@@ -76,7 +76,9 @@ export class Viewport {
       probe.style.color = `var(${name})`;
       return getComputedStyle(probe).color.match(/[\d.]+/g).slice(0, 3).map((part) => Number(part) / 255).concat(1);
     };
-    this.colours = Object.fromEntries(["accent", "bad", "floor", "grid", "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"].map((name) => [name, colour(`--${name}`)]));
+    this.colours = Object.fromEntries([
+      "accent", "bad", "floor", "grid", "s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"
+    ].map((name) => [name, colour(`--${name}`)]));
     probe.remove();
   }
 
@@ -90,7 +92,13 @@ export class Viewport {
   draw(items, still) {
     this.renderer.refine?.(still);
     const { camera, figure, colours, scene } = this, pitch = Math.pow(10, Math.floor(Math.log10(scene.size * 0.35)));
-    this.renderer.render(items, { camera, eye: camera.eye, target: camera.target, centre: scene.centre, size: scene.size, ground: figure.ground, pitch, floor: colours.floor, lines: colours.grid });
+    this.renderer.render(
+      items,
+      {
+        camera, eye: camera.eye, target: camera.target, centre: scene.centre, size: scene.size, ground: figure.ground, pitch,
+        floor: colours.floor, lines: colours.grid
+      }
+    );
   }
 
   /** Another picture is wanted. */
@@ -119,6 +127,7 @@ export class Viewport {
     let gap = 0;
     canvas.addEventListener("pointerdown", (event) => {
       held.set(event.pointerId, event);
+      canvas.parentElement.classList.add("known"); // how it is led needs no hint any more
       canvas.setPointerCapture(event.pointerId);
       gap = 0;
       if (held.size === 1 && event.button === 0) this.grab(event);

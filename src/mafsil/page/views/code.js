@@ -30,7 +30,8 @@ view({
       link.click();
       setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
     };
-    const chooser = element("input", { type: "file", id: "script", accept: ".py,text/x-python,text/plain", hidden: true, "aria-label": words.text("open"), onchange: async () => {
+    const chooser = element("input", { type: "file", id: "script", accept: ".py,text/x-python,text/plain",
+      hidden: true, "aria-label": words.text("open"), onchange: async () => {
       const [file] = chooser.files;
       if (file) read(await file.text());
       chooser.value = "";
@@ -47,7 +48,10 @@ view({
         note.replaceChildren(sentence(words, error.reason.key, error.reason.values));
       }
     };
-    place.append(element("p", { class: "soft" }, sentence(words, "code_about")), list, element("div", { class: "buttons" }, button("copy", copy), button("save", save), button("open", () => chooser.click()), chooser), note);
+    place.append(
+      element("p", { class: "soft" }, sentence(words, "code_about")), list,
+      element("div", { class: "buttons" }, button("copy", copy), button("save", save), button("open", () => chooser.click()), chooser), note
+    );
     const rows = element("span", {});
     list.append(script([], data.actions, data.robot.python, data.robot.imports).split("\nprint")[0].trimEnd(), rows);
     /** Actions whose lines stand there; a gesture that goes on puts another in the place of its last. */

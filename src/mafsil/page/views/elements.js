@@ -81,7 +81,7 @@ export function number(value, digits = 4) {
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
 }
 
-/** Hand a text to the reader as a file; no request leaves the page. @param {string} name @param {string} text @param {string} type */
+/** Hand a text or a picture to the reader as a file; no request leaves the page. @param {string} name @param {string | Blob} text @param {string} type */
 export function saveFile(name, text, type) {
   const link = element("a", { href: URL.createObjectURL(new Blob([text], { type })), download: name.replace(/[^\p{L}\p{N} ._-]+/gu, "_") });
   link.click();

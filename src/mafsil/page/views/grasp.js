@@ -19,17 +19,38 @@ view({
     const { words } = app, grasp = (app.grasp ??= { body: "rectangle", fingers: [1, 4.2], mu: 0.3 });
     const corners = () => BODIES[grasp.body], changed = () => app.draw();
     const picture = drawn("svg", { viewBox: "-1.6 -1.35 3.2 2.7", class: "grasp", role: "group", "aria-label": words.text("view_grasp") });
-    const world = drawn("g", { transform: "scale(1 -1)" }), body = drawn("polygon", { class: "body" }), cones = drawn("g"), wrench = drawn("g", { class: "wrench" }), dots = drawn("g");
+    const world = drawn("g", { transform: "scale(1 -1)" }), body = drawn("polygon", { class: "body" }), cones = drawn("g"),
+      wrench = drawn("g", { class: "wrench" }), dots = drawn("g");
     world.append(body, cones, wrench, dots);
     picture.append(world);
     const where = (event) => { const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(world.getScreenCTM().inverse()); return [x, y]; };
-    const bodies = element("select", { "aria-label": words.text("grasp_body"), onchange: () => { grasp.body = bodies.value; changed(); } }, ...Object.keys(BODIES).map((name) => element("option", { value: name }, words.text(`body_${name}`))));
+    const bodies = element(
+      "select", { "aria-label": words.text("grasp_body"), onchange: () => { grasp.body = bodies.value; changed(); } },
+      ...Object.keys(BODIES).map((name) => element("option", { value: name }, words.text(`body_${name}`)))
+    );
     bodies.value = grasp.body;
-    const mu = element("input", { type: "range", id: "friction", min: 0, max: 1, step: 0.01, value: grasp.mu, dir: "ltr", "aria-label": words.text("friction"), oninput: () => { grasp.mu = Number(mu.value); changed(); } });
-    const button = (key, act) => element("button", { type: "button", class: "quiet", "data-do": key, onclick: () => { act(); changed(); } }, sentence(words, key));
+    const mu = element(
+      "input",
+      {
+        type: "range", id: "friction", min: 0, max: 1, step: 0.01, value: grasp.mu, dir: "ltr", "aria-label": words.text("friction"),
+        oninput: () => { grasp.mu = Number(mu.value); changed(); }
+      }
+    );
+    const button = (key, act) => element(
+      "button", { type: "button", class: "quiet", "data-do": key, onclick: () => { act(); changed(); } }, sentence(words, key)
+    );
     const more = button("finger_more", () => grasp.fingers.push(grasp.fingers.length * 0.9)), less = button("finger_less", () => grasp.fingers.pop());
-    const shown = isolated(""), verdict = element("p", { class: "verdict" }), code = element("pre", { dir: "ltr", tabindex: 0, id: "grasp-code", "aria-label": words.text("view_grasp") });
-    place.append(element("p", { class: "soft" }, sentence(words, "grasp_about")), element("div", { class: "buttons" }, bodies, more, less), element("label", { class: "friction" }, element("span", {}, sentence(words, "friction"), " ", element("bdi", { dir: "ltr" }, symbol("μ", "", "="), " ", shown)), mu), picture, verdict, code);
+    const shown = isolated(""), verdict = element("p", { class: "verdict" }), code = element(
+      "pre", { dir: "ltr", tabindex: 0, id: "grasp-code", "aria-label": words.text("view_grasp") }
+    );
+    place.append(
+      element("p", { class: "soft" }, sentence(words, "grasp_about")), element("div", { class: "buttons" }, bodies, more, less),
+      element(
+        "label", { class: "friction" },
+        element("span", {}, sentence(words, "friction"), " ", element("bdi", { dir: "ltr" }, symbol("μ", "", "="), " ", shown)), mu
+      ),
+      picture, verdict, code
+    );
     let before = "";
     return () => {
       const now = JSON.stringify([grasp, words.chosen]);
@@ -90,4 +111,7 @@ function wrenchOf([m, u, v]) {
   return [drawn("path", { d: `M${r} 0A${r} ${r} 0 1 ${sense > 0 ? 1 : 0} 0 ${-sense * r}` }), arrow([0, -sense * r], [1, 0])];
 }
 
-const arrow = ([x, y], [a, b]) => drawn("polygon", { points: [[x + 0.13 * a, y + 0.13 * b], [x - 0.06 * b, y + 0.06 * a], [x + 0.06 * b, y - 0.06 * a]].map((corner) => corner.join()).join(" ") });
+const arrow = ([x, y], [a, b]) => drawn(
+  "polygon",
+  { points: [[x + 0.13 * a, y + 0.13 * b], [x - 0.06 * b, y + 0.06 * a], [x + 0.06 * b, y - 0.06 * a]].map((corner) => corner.join()).join(" ") }
+);

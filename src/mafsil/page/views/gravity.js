@@ -13,7 +13,9 @@ function loopEfforts([tau, , missing, , needed, , doubt]) {
 /** The joints with motors, and the efforts that hold the arm still there; no numbers where nothing does. */
 export function heldEfforts({ arm: { settings: { motors, n }, kernels }, state: { q } }, { robot }) {
   const rest = new Array(n).fill(0);
-  return motors ? { motors, efforts: loopEfforts(kernels.closed_efforts(q, rest, rest)) } : { motors: robot.joints.map((_, k) => k), efforts: kernels.gravity_torque(q)[0] };
+  return motors ? { motors, efforts: loopEfforts(kernels.closed_efforts(q, rest, rest)) } : {
+    motors: robot.joints.map((_, k) => k), efforts: kernels.gravity_torque(q)[0]
+  };
 }
 
 view({
@@ -31,7 +33,11 @@ view({
       const joint = data.robot.joints[k];
       const value = isolated("", { class: "value" }), bar = element("i", {});
       const most = effort[k] === null ? "" : ` / ${number(effort[k], 0)}`, unit = joint.prismatic ? "N" : "N·m";
-      place.append(element("div", { class: "bar" }, isolated(joint.name, { class: "name", title: joint.name }), element("span", { class: "track", dir: "ltr" }, bar), element("span", { dir: "ltr" }, value, isolated(`${most} ${unit}`, { class: "soft" }))));
+      place.append(element(
+        "div", { class: "bar" }, isolated(joint.name, { class: "name", title: joint.name }),
+        element("span", { class: "track", dir: "ltr" }, bar),
+        element("span", { dir: "ltr" }, value, isolated(`${most} ${unit}`, { class: "soft" }))
+      ));
       return { value, bar };
     });
     return () => {

@@ -1,8 +1,7 @@
 // The body Jacobian, its singular values and manipulability.
 
 import { view } from "../core/views.js";
-import { tipEllipsoids } from "../core/ellipsoids.js";
-import { singularValues } from "../core/linear.js";
+import { singularValues, tipEllipsoids } from "../core/linear.js";
 import { hasJacobian, tipJacobian } from "../loops/follow.js";
 import { element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
 
@@ -17,7 +16,10 @@ view({
     const { n, joints } = tipJacobian(store.state.q, store.arm);
     names.columns = joints.map((k) => `q${k} [${data.robot.joints[k].prismatic ? "m/s" : "rad/s"}]`);
     const J_b = matrix(6, n, [symbol("J", "b", "=")], names), values = isolated(""), measure = isolated("");
-    const list = element("dl", {}, element("dt", {}, sentence(words, "singular_values")), element("dd", {}, values), element("dt", {}, sentence(words, "manipulability")), element("dd", {}, measure));
+    const list = element(
+      "dl", { class: "tall" }, element("dt", {}, sentence(words, "singular_values")), element("dd", {}, values),
+      element("dt", {}, sentence(words, "manipulability")), element("dd", {}, measure)
+    );
     const choices = element("div", { class: "buttons" });
     for (const name of ["ellipsoid", "forces"]) {
       const choice = element("input", { type: "checkbox", id: `show-${name}`, onchange: (event) => store.show({ [name]: event.target.checked }) });
@@ -26,7 +28,10 @@ view({
     }
     const axes = [isolated(""), isolated("")];
     for (const [k, name] of ["ellipsoid", "forces"].entries()) list.append(element("dt", {}, sentence(words, `${name}_axes`)), element("dd", {}, axes[k]));
-    place.append(list, choices, element("div", { class: "wide small", dir: "ltr", tabindex: 0, role: "group", "aria-label": words.text("view_jacobian") }, J_b.math));
+    place.append(
+      list, choices,
+      element("div", { class: "wide small", dir: "ltr", tabindex: 0, role: "group", "aria-label": words.text("view_jacobian") }, J_b.math)
+    );
     return () => {
       const T = store.arm.kernels.forward_kinematics(store.state.q)[0].slice(), { J } = tipJacobian(store.state.q, store.arm);
       const rows = Array.from({ length: 6 }, (_, i) => Array.from(J.subarray(n * i, n * i + n)));

@@ -13,15 +13,30 @@ view({
   wanted: ({ kernels }) => "closed_loop" in kernels,
   mount(place, app) {
     const { store, words, data } = app, unit = data.robot.joints.some((joint) => joint.prismatic) ? "rad | m" : "rad", time = isolated(""), away = isolated("");
-    const toggle = element("button", { type: "button", id: "loop", class: "strong", onclick: () => { app.playing = !store.state.loop; store.do("loop", { closed: app.playing }); app.last = performance.now(); } });
-    const forces = ["x", "y", "z"].map((axis, k) => element("input", { type: "range", min: -MOST_FORCE, max: MOST_FORCE, step: 1, value: 0, dir: "ltr", "aria-label": `${axis} [N]`, oninput: () => push(true) }));
+    const toggle = element(
+      "button",
+      {
+        type: "button", id: "loop", class: "strong",
+        onclick: () => { app.playing = !store.state.loop; store.do("loop", { closed: app.playing }); app.last = performance.now(); }
+      }
+    );
+    const forces = ["x", "y", "z"].map((axis, k) => element(
+      "input",
+      { type: "range", min: -MOST_FORCE, max: MOST_FORCE, step: 1, value: 0, dir: "ltr", "aria-label": `${axis} [N]`, oninput: () => push(true) }
+    ));
     function push(gesture) {
       store.do("push", { wrench: [0, 0, 0, ...forces.map((field) => Number(field.value))] }, { gesture });
     }
-    const none = element("button", { type: "button", class: "quiet", onclick: () => { for (const field of forces) field.value = 0; push(false); } }, sentence(words, "no_push"));
+    const none = element(
+      "button", { type: "button", class: "quiet", onclick: () => { for (const field of forces) field.value = 0; push(false); } },
+      sentence(words, "no_push")
+    );
     const grid = element("div", { class: "forces", dir: "ltr" });
     forces.forEach((field, k) => grid.append(element("label", {}, `F${"xyz"[k]} [N]`, field)));
-    place.append(element("p", { class: "soft" }, sentence(words, "loop_about")), element("div", { class: "buttons" }, toggle, none), grid, element("p", { "aria-live": "off" }, sentence(words, "loop_time"), " ", time, " · ", sentence(words, "loop_away"), " ", away));
+    place.append(
+      element("p", { class: "soft" }, sentence(words, "loop_about")), element("div", { class: "buttons" }, toggle, none), grid,
+      element("p", { "aria-live": "off" }, sentence(words, "loop_time"), " ", time, " · ", sentence(words, "loop_away"), " ", away)
+    );
     let label = null;
     const update = () => {
       const { state, arm } = store;

@@ -13,7 +13,9 @@ view({
   wanted: ({ kernels }) => "closed_loop" in kernels,
   mount(place, app) {
     const { store, words, data } = app, { n, step } = store.arm.settings;
-    const history = (app.history ??= new History(1 + 2 * n, SAMPLES)), picture = element("canvas", { class: "curves", dir: "ltr", role: "img", "aria-label": words.text("view_plot") });
+    const history = (app.history ??= new History(1 + 2 * n, SAMPLES)), picture = element(
+      "canvas", { class: "curves", dir: "ltr", role: "img", "aria-label": words.text("view_plot") }
+    );
     const values = element("input", { type: "checkbox", id: "plot-values", onchange: () => app.draw() });
     const names = element("div", { class: "legend" });
     data.robot.joints.forEach((joint, k) => {
@@ -22,7 +24,10 @@ view({
       names.append(element("span", {}, mark, isolated(joint.name)));
     });
     let painted = "";
-    place.append(element("p", { class: "soft" }, sentence(words, "plot_about")), element("label", { class: "choice" }, values, sentence(words, "plot_values")), picture, names);
+    place.append(
+      element("p", { class: "soft" }, sentence(words, "plot_about")),
+      element("label", { class: "choice" }, values, sentence(words, "plot_values")), picture, names
+    );
     return () => {
       const { state } = store, time = state.ticks * step, last = history.length ? history.at(history.length - 1, 0) : -1;
       if (time < last || (!state.loop && history.length)) history.clear();

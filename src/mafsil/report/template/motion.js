@@ -12,7 +12,10 @@ export class Motion {
   constructor(data, seek) {
     const time = floats(data.time), bands = data.moves.map(({ from, to }) => [from, to]), place = document.getElementById("plots");
     Object.assign(this, { axis: new TimeAxis(), hidden: new Set(), docked: null });
-    this.made = (parent, k) => new Plot(parent, { ...data.plots[k], bands }, time, data.plots[k].names.length ? data.texts[data.language].plots[k].names : data.joints, seek, this.axis);
+    this.made = (parent, k) => new Plot(
+      parent, { ...data.plots[k], bands }, time, data.plots[k].names.length ? data.texts[data.language].plots[k].names : data.joints, seek,
+      this.axis
+    );
     this.plots = data.plots.map((_, k) => this.made(place, k));
     this.ofJoints = this.plots.filter((_, k) => !data.plots[k].names.length);
     document.getElementById("legend").append(...data.joints.map((name, k) => this.joint(name, k)));
@@ -28,7 +31,14 @@ export class Motion {
       button.setAttribute("aria-pressed", String(!this.hidden.has(k)));
       for (const plot of this.ofJoints) Object.assign(plot, { hidden: this.hidden, chosen: null }).draw();
     };
-    const button = element("button", { type: "button", "aria-pressed": "true", onclick: hide, onpointerenter: () => { if (!this.hidden.has(k)) choose(k); }, onpointerleave: () => choose(null) }, swatch(k), element("span", {}, name));
+    const button = element(
+      "button",
+      {
+        type: "button", "aria-pressed": "true", onclick: hide, onpointerenter: () => { if (!this.hidden.has(k)) choose(k); },
+        onpointerleave: () => choose(null)
+      },
+      swatch(k), element("span", {}, name)
+    );
     return button;
   }
 
@@ -71,7 +81,14 @@ export class Motion {
 
 /** The numbers of all plots for spreadsheets: columns named as in recording.csv. */
 export function tableText(data, time, plots) {
-  const heads = ["t", ...data.plots.flatMap(({ column, names, keys }) => keys.length ? keys.map(key => `${column}[${key}]`) : names.length ? [column] : data.joints.map(joint => `${column}[${joint}]`))];
-  const lines = Array.from(time, (t, row) => [t, ...plots.flatMap(({ values, joints }) => Array.from(values.subarray(row * joints.length, (row + 1) * joints.length)))]);
+  const heads = [
+    "t",
+    ...data.plots.flatMap(({ column, names, keys }) => keys.length
+      ? keys.map(key => `${column}[${key}]`) : names.length ? [column] : data.joints.map(joint => `${column}[${joint}]`))
+  ];
+  const lines = Array.from(
+    time,
+    (t, row) => [t, ...plots.flatMap(({ values, joints }) => Array.from(values.subarray(row * joints.length, (row + 1) * joints.length)))]
+  );
   return [heads.map(cell), ...lines.map(line => line.map(figure))].map(line => line.join(",")).join("\n") + "\n";
 }

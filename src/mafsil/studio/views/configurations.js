@@ -31,8 +31,13 @@ view({
       link.found = found;
       said.replaceChildren(words.isolated(found.sentence));
       list.replaceChildren(...found.rows.map((row) => {
-        const name = element("span", {}, words.isolated(row)), values = element("span", { class: "soft" }, element("bdi", { dir: "ltr" }, `(${row.q.map((value) => number(value, 2)).join(", ")})`));
-        return element("button", { type: "button", disabled: !row.within, onclick: () => store.do("set_joints", { values: row.q }) }, element("i"), name, values);
+        const name = element("span", {}, words.isolated(row)), values = element(
+          "span", { class: "soft" }, element("bdi", { dir: "ltr" }, `(${row.q.map((value) => number(value, 2)).join(", ")})`)
+        );
+        return element(
+          "button", { type: "button", disabled: !row.within, onclick: () => store.do("set_joints", { values: row.q }) }, element("i"), name,
+          values
+        );
       }));
     }
     return () => {};

@@ -12,13 +12,23 @@ view({
   open: true,
   mount(place, app) {
     const { link, words, store } = app, send = (path, body = {}) => link.transport.send(path, body);
-    const text = element("textarea", { id: "job", dir: "ltr", rows: 16, wrap: "off", spellcheck: "false", autocomplete: "off", "aria-label": words.text("view_job"), oninput: () => written() });
-    const wrong = element("p", { id: "job-wrong", class: "wrong", role: "alert" }), note = element("span", { class: "soft", role: "status" }), doubts = element("ul", { class: "findings", id: "job-doubts" });
-    const bar = element("progress", { id: "job-progress", max: 1, "aria-label": words.text("run_share") }), outcome = element("div", { id: "job-outcome", role: "status" });
+    const text = element(
+      "textarea",
+      { id: "job", dir: "ltr", rows: 16, wrap: "off", spellcheck: "false", autocomplete: "off", "aria-label": words.text("view_job"), oninput: () => written() }
+    );
+    const wrong = element(
+      "p", { id: "job-wrong", class: "wrong", role: "alert" }
+    ), note = element("span", { class: "soft", role: "status" }), doubts = element("ul", { class: "findings", id: "job-doubts" });
+    const bar = element(
+      "progress", { id: "job-progress", max: 1, "aria-label": words.text("run_share") }
+    ), outcome = element("div", { id: "job-outcome", role: "status" });
     const button = (key, act, id) => element("button", { type: "button", class: "quiet", id, onclick: act }, sentence(words, key));
     const run = element("button", { type: "button", class: "strong", id: "job-run", onclick: () => begin() }, sentence(words, "run"));
     const stop = button("stop", () => send("job/stop"), "job-stop"), save = button("save_job", () => keep(), "job-save");
-    place.append(element("p", { class: "soft" }, sentence(words, "job_about")), text, wrong, element("div", { role: "status" }, doubts), element("div", { class: "buttons" }, run, stop, save, note), bar, outcome);
+    place.append(
+      element("p", { class: "soft" }, sentence(words, "job_about")), text, wrong, element("div", { role: "status" }, doubts),
+      element("div", { class: "buttons" }, run, stop, save, note), bar, outcome
+    );
     let timer = 0, seen = null, told = null;
 
     function written() {
@@ -55,7 +65,9 @@ view({
       if (!seen) text.value = job.text;
       save.hidden = !job.file;
       paintWrong(wrong, job.wrong, words, text);
-      doubts.replaceChildren(...(job.remarks ?? []).map((one) => element("li", { class: "warning" }, words.isolated(one.sentence), ...lineButton(one.line, words, text))));
+      doubts.replaceChildren(...(job.remarks ?? []).map((one) => element(
+        "li", { class: "warning" }, words.isolated(one.sentence), ...lineButton(one.line, words, text)
+      )));
       run.disabled = Boolean(job.wrong) || link.heard.get("run")?.status === "running";
     }
     function takeRun(now) {
@@ -91,7 +103,10 @@ function paintWrong(place, wrong, words, text) {
 
 /** A button that leads to a line of the text, where one is known. */
 function lineButton(line, words, text) {
-  return line ? [" ", element("button", { type: "button", class: "quiet", "data-line": line, onclick: () => goTo(text, line) }, sentence(words, "to_line", { line }))] : [];
+  return line ? [
+    " ",
+    element("button", { type: "button", class: "quiet", "data-line": line, onclick: () => goTo(text, line) }, sentence(words, "to_line", { line }))
+  ] : [];
 }
 
 /** The caret to a line, counted from one. */
@@ -110,11 +125,16 @@ function result(run, words, text, replay) {
   const first = element("p", { class: run.status === "done" ? "good" : "wrong" }, words.isolated(run.sentence));
   first.append(...lineButton(run.line, words, text));
   const made = [first];
-  if (run.findings?.length) made.push(element("ul", { class: "findings" }, ...run.findings.map((one) => element("li", { class: one.level }, words.isolated(one)))));
+  if (run.findings?.length) made.push(element(
+    "ul", { class: "findings" }, ...run.findings.map((one) => element("li", { class: one.level }, words.isolated(one)))
+  ));
   if (run.more) made.push(element("p", { class: "soft" }, sentence(words, "more_findings", { count: run.more })));
   if (run.recording) {
     const report = element("a", { href: `reports/${run.recording}/report.html`, target: "_blank", rel: "noopener", id: "report" }, sentence(words, "report"));
-    made.push(element("div", { class: "buttons" }, report, element("button", { type: "button", class: "quiet", onclick: () => replay(run.recording) }, sentence(words, "replay"))));
+    made.push(element(
+      "div", { class: "buttons" }, report,
+      element("button", { type: "button", class: "quiet", onclick: () => replay(run.recording) }, sentence(words, "replay"))
+    ));
   }
   return made;
 }

@@ -17,7 +17,10 @@ view({
     const close = element("button", { type: "button", class: "quiet", onclick: () => choose(0, null) }, sentence(words, "replay_close"));
     const signal = element("select", { id: "signal", onchange: () => draw() }), curves = element("div", { id: "curves", dir: "ltr" });
     const said = element("div", { id: "comparison", role: "status" }), none = element("p", { class: "soft" }, sentence(words, "no_recordings"));
-    const body = element("div", {}, element("div", { class: "buttons" }, label("recording_first", choices[0]), label("recording_second", choices[1])), element("div", { class: "buttons" }, label("signal_shown", signal), close), curves, said);
+    const body = element(
+      "div", {}, element("div", { class: "buttons" }, label("recording_first", choices[0]), label("recording_second", choices[1])),
+      element("div", { class: "buttons" }, label("signal_shown", signal), close), curves, said
+    );
     place.append(none, body);
     let listed = null, painted = "", plot = null, here = {};
 
@@ -74,13 +77,19 @@ view({
 
 /** The recordings that can be chosen; those of other robots cannot. */
 function fill(choices, list, words) {
-  for (const field of choices) field.replaceChildren(element("option", { value: "" }, "–"), ...list.map((one) => element("option", { value: one.number, disabled: !one.draws }, `${one.title} (${words.isolate(`${number(one.duration, 2)} s`)})`)));
+  for (const field of choices) field.replaceChildren(
+    element("option", { value: "" }, "–"),
+    ...list.map((one) => element("option", { value: one.number, disabled: !one.draws }, `${one.title} (${words.isolate(`${number(one.duration, 2)} s`)})`))
+  );
 }
 
 /** What can be plotted: how far the tips are apart, the path error, each joint; what was chosen stays if it is there. */
 function fillSignals(field, { words, data }, { both }) {
   const { value } = field, keys = [...(both ? ["apart"] : []), "tip_error"];
-  field.replaceChildren(...keys.map((key) => element("option", { value: key }, words.text(`signal_${key}`))), ...data.robot.joints.map(({ name }, k) => element("option", { value: k }, name)));
+  field.replaceChildren(
+    ...keys.map((key) => element("option", { value: key }, words.text(`signal_${key}`))),
+    ...data.robot.joints.map(({ name }, k) => element("option", { value: k }, name))
+  );
   field.value = value;
   if (field.selectedIndex < 0) field.selectedIndex = 0;
 }
@@ -90,7 +99,9 @@ function signalOf(chosen, { first, second, both }, { words, data }) {
   const title = (key) => words.text(`signal_${key}`);
   if (chosen === "apart" && both) return [{ title: title("apart"), unit: "m", values: both.distance, names: [""] }, both.t, [""]];
   const joint = data.robot.joints[chosen], names = second ? [words.text("recording_first"), words.text("recording_second")] : [""];
-  const at = (tape, time) => (time > lengthOf(tape) ? NaN : joint ? between(tape, time)[chosen] : between({ t: tape.t, q: tape.tip_error.map((x) => [x]) }, time)[0]);
+  const at = (tape, time) => (time > lengthOf(tape) ? NaN : joint ? between(tape, time)[chosen] : between(
+    { t: tape.t, q: tape.tip_error.map((x) => [x]) }, time
+  )[0]);
   const values = first.t.flatMap((time) => [first, second].slice(0, names.length).map((tape) => at(tape, time)));
   return [{ title: joint?.name ?? title("tip_error"), unit: joint && !joint.prismatic ? "rad" : "m", values, names }, first.t, names];
 }
