@@ -158,7 +158,7 @@ class Linkage:
         """Name of the body that does not move."""
         return self.bodies[0]
 
-    @property
+    @cached_property
     def coordinates(self) -> int:
         """F, number of joint coordinates."""
         return sum(each.freedoms for each in self.joints)
