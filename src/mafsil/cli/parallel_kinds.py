@@ -24,7 +24,7 @@ from mafsil.parallel import (
 from mafsil.parallel.cables import CablePoses, CableTensions
 from mafsil.parallel.legs import LegDrive, PlatformMotion, RodPoses
 from mafsil.parallel.planar import MotorAngles, PlanarPoses
-from mafsil.parallel.platforms import ModePath, NearestSingularity, PlatformModes, PlatformPoints
+from mafsil.parallel.platforms import ModePath, NearestSingularity, PlatformModes, PlatformPoints, SphericalPlatform
 from mafsil.parallel.robot_file import ParallelRobot
 
 Found = PlatformModes | PlanarPoses | PlatformPoints | CablePoses | CableTensions | RodPoses
@@ -318,6 +318,36 @@ class AskedPlanarCables(AskedCables):
         return x
 
 
+class AskedSpherical(Asked):
+    """A body on three legs about one point."""
+
+    pose, wrench, rotary = SPATIAL[3:], SPATIAL_WRENCH[:3], True
+
+    def __init__(self, robot: SphericalPlatform) -> None:
+        self.robot = robot
+
+    def motors(self, x: Floats) -> Floats:
+        """Two angles each."""
+        return fitting(self.robot.inverse_kinematics(rotation.from_rpy(x)))
+
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """All that were found, at most eight."""
+        found = self.robot.forward_kinematics(motors)
+        return found, rotation.to_rpy(found.x[: int(found.count)])
+
+    def misfit(self, x: Floats) -> Floats | None:
+        """Angles by which links miss."""
+        return self.robot.inverse_kinematics(rotation.from_rpy(x)).misfit
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """Of any kind."""
+        return self.robot.singularity(rotation.from_rpy(x), self.motors(x)[:, 0])
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """By virtual work."""
+        return None, self.robot.torques(rotation.from_rpy(x), self.motors(x)[:, 0], F)
+
+
 class AskedRods(Asked):
     """A platform on rods."""
 
@@ -378,6 +408,8 @@ def wrap_robot(robot: ParallelRobot) -> Asked:
             return AskedFiveBar(robot)
         case CableRobot():
             return AskedPlanarCables(robot) if robot.planar else AskedCables(robot)
+        case SphericalPlatform():
+            return AskedSpherical(robot)
         case RodRobot():
             return AskedRods(robot)
 

@@ -19,6 +19,8 @@ from mafsil.parallel.legs.leg_statics import inverse_rates as inverse_rates
 from mafsil.parallel.legs.leg_statics import leg_forces as leg_forces
 from mafsil.parallel.legs.leg_statics import reduced_equations as reduced_equations
 from mafsil.parallel.legs.rod_calibration import calibrate_rods as calibrate_rods
+from mafsil.parallel.legs.rod_dynamics import RodDynamics as RodDynamics
+from mafsil.parallel.legs.rod_dynamics import RodMasses as RodMasses
 from mafsil.parallel.legs.rod_indices import RodIndices as RodIndices
 from mafsil.parallel.legs.rod_indices import RodLimits as RodLimits
 from mafsil.parallel.legs.rod_indices import rod_indices as rod_indices
