@@ -218,8 +218,7 @@ def on_pulleys(radius, planar=False):
         frame = np.array([[-2.0, 0], [-2, 3], [2, 0], [2, 3]])
         platform = np.array([[-0.2, -0.1], [-0.2, 0.1], [0.2, -0.1], [0.2, 0.1]])
     else:
-        frame = np.array([[x, y, z] for x in (-2, 2) for y in (-1.5, 1.5) for z in (0, 3)], dtype=float)
-        platform = 0.1 * frame * [1, -1, 1] - [0, 0, 0.15]
+        frame, platform = CORNERS, EYES
     up = np.where(frame[:, -1:] > 0, 1.0, -1.0) * np.eye(frame.shape[1])[-1]
     return CableRobot(frame, platform, 1.0, 500.0, pulleys=radius, arrivals=up)
 
@@ -265,6 +264,6 @@ def test_small_pulleys_are_points_and_large_ones_are_refused():
     np.testing.assert_allclose(small.lengths(x), none.lengths(x), atol=1e-8)
     np.testing.assert_allclose(small.structure_matrix(x), none.structure_matrix(x), atol=1e-8)
     with pytest.raises(InputError, match="within its pulley"):
-        on_pulleys(1.4).lengths(x)
+        on_pulleys(2.3).lengths(x)
     with pytest.raises(InputError, match="negative"):
         on_pulleys(-0.1)

@@ -1,8 +1,8 @@
 """Robots whose platform hangs in cables: lengths, rates, wrenches; what cables can hold is in `cable_tensions`.
 
 Cable i goes straight and without weight from a_i on the frame to b_i on the platform and can only pull. Over a pulley
-of radius r it arrives in a_i along n, about which the pulley swivels, and leaves where it is tangent towards b_i: with p
-across n and z along n from the middle of the pulley to b_i,
+of radius r it arrives in a_i along n, about which the pulley swivels, and leaves where it is tangent towards b_i: with
+p across n and z along n from the middle of the pulley to b_i,
 
     s^2 = p^2 + z^2 - r^2,    beta = atan2(p, z) + atan2(r, s),    l = s + r beta,    l' = u . b'.
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, frozen, not_negative, real_array, single, spread
+from mafsil.arrays import Floats, as_batch, frozen, not_negative, real_array, require_finite, single, spread
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.parallel.legs.leg_lines import require_regular
@@ -55,7 +55,9 @@ class RodMasses:
         object.__setattr__(self, "inertia", frozen(I))
         object.__setattr__(self, "com", frozen(single("com", self.com, (3,))))
         for name in ("rods", "arms", "motors", "sleeves"):
-            value = real_array(name, getattr(self, name))
+            value = require_finite(name, real_array(name, getattr(self, name)))
+            if value.ndim > 1:
+                raise InputError("input.shape", name=name, expected="() or (m,)", got=value.shape, hint="")
             if not (value >= 0).all():
                 raise InputError("input.positive", name=name, value=value.tolist())
             object.__setattr__(self, name, frozen(value))
