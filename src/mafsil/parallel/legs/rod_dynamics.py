@@ -147,20 +147,20 @@ class RodDynamics:
         return np.einsum("...ij,...j->...i", at.K, rate), np.einsum("...ij,...j->...i", at.K, change) + at.turn
 
     @property
-    def _turning(self) -> Floats:
+    def _motor_inertia(self) -> Floats:
         """(m,) inertia that motors add to their own motion; carriages are points of mass."""
         m = self.robot.m
         return np.zeros(m) if self.robot.drive is LegDrive.LINEAR else spread("motors", self.masses.motors, (m,))
 
     def _inertia(self, at: _State) -> Floats:
         M = np.einsum("k,...kia,...kib->...ab", at.mass, at.J, at.J) + at.J_w.T @ at.I @ at.J_w
-        return M + np.einsum("...ia,i,...ib->...ab", at.K, self._turning, at.K)
+        return M + np.einsum("...ia,i,...ib->...ab", at.K, self._motor_inertia, at.K)
 
     def _rest(self, at: _State) -> Floats:
         """H: what accelerations at V' = 0 and weights ask."""
         spin = np.cross(at.omega, np.einsum("...ij,...j->...i", at.I, at.omega))
         asked = np.einsum("k,...kia,...ki->...a", at.mass, at.J, at.bias - self.gravity) + spin @ at.J_w
-        return asked + np.einsum("...ia,i,...i->...a", at.K, self._turning, at.turn)
+        return asked + np.einsum("...ia,i,...i->...a", at.K, self._motor_inertia, at.turn)
 
     def _state(self, x: ArrayLike, q: ArrayLike, V: ArrayLike) -> _State:
         robot, m = self.robot, self.robot.m
