@@ -25,7 +25,6 @@ from mafsil.messages import say
 from mafsil.messages.catalogue import keys
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
 from mafsil.mobility.assembly_existence import close_drawing
-from mafsil.mobility.blocks import blocks
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
 from mafsil.mobility.four_bar import four_bar_of
 from mafsil.mobility.gruebler import GrueblerCount, Structure, gruebler, structure
@@ -34,7 +33,7 @@ from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import configuration, largest_gap, loop_equations, loop_state, misfit, units
 from mafsil.mobility.linkages.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.redundant_constraints import RedundantConstraints, redundant_constraints
+from mafsil.mobility.redundant_constraints import RedundantConstraints, blocks, redundant_constraints
 from mafsil.mobility.tolerances import CLOSED, RANK, ROUNDED
 from mafsil.solvers.decompositions import ranks
 from mafsil.solvers.local_dimension import NEAR_STEPS

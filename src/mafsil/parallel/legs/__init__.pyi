@@ -1,8 +1,8 @@
-from mafsil.parallel.legs.leg_branches import LegBranches as LegBranches
-from mafsil.parallel.legs.leg_branches import LegModes as LegModes
-from mafsil.parallel.legs.leg_branches import leg_assembly_modes as leg_assembly_modes
-from mafsil.parallel.legs.leg_branches import leg_branches as leg_branches
+from mafsil.parallel.legs.leg_configurations import LegBranches as LegBranches
 from mafsil.parallel.legs.leg_configurations import LegConfigurations as LegConfigurations
+from mafsil.parallel.legs.leg_configurations import LegModes as LegModes
+from mafsil.parallel.legs.leg_configurations import leg_assembly_modes as leg_assembly_modes
+from mafsil.parallel.legs.leg_configurations import leg_branches as leg_branches
 from mafsil.parallel.legs.leg_configurations import leg_forward as leg_forward
 from mafsil.parallel.legs.leg_configurations import leg_inverse as leg_inverse
 from mafsil.parallel.legs.leg_library import delta_legs as delta_legs
