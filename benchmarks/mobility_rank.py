@@ -3,8 +3,8 @@
 python benchmarks/mobility_rank.py [--batch 2000] [--random 2000] [--json FILE]
 
 Single: `mo.mobilities(linkage, theta)` of one configuration beside `computeJointJacobians`, `getConstraintJacobian` of
-each loop and the rank. Batch: many configurations in one call beside a loop over them. Last, random mechanisms with
-loops: the mobility must be the same in both.
+each loop and the rank. Batch: many configurations in one call beside a loop over them. Random mechanisms with loops:
+the mobility must be the same in both. Last, the whole of `mf.mobility` for mechanisms of many bodies.
 """
 
 from __future__ import annotations
@@ -27,9 +27,15 @@ from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.stopwatch import machine, race  # noqa: E402
 from mafsil import mobility as mo  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
-from tests.mobility.mechanisms import random_linkage  # noqa: E402
+from mafsil.mobility import Linkage  # noqa: E402
+from tests.mobility.mechanisms import random_linkage, scissors  # noqa: E402
 from tests.mobility.pinocchio_rank import PinocchioLinkage  # noqa: E402
+from tests.reliability.local_dimensions import miura  # noqa: E402
 
+MANY = {
+    "scissors 10": scissors(10), "scissors 30": scissors(30),
+    "Miura 3 3": Linkage.of(miura(3, 3)[0]), "Miura 6 6": Linkage.of(miura(6, 6)[0]),
+}  # fmt: skip
 NAMES = ("four_bar", "watt", "bennett", "three_rpr", "delta", "six_ups", "six_sps")
 
 
@@ -70,6 +76,9 @@ def main() -> None:
         linkage = random_linkage(rng, int(rng.integers(0, 4)), int(rng.integers(3, 9)))
         different += mo.instantaneous_mobility(linkage).mobility != PinocchioLinkage(linkage).mobility()
     print(f"random mechanisms: {different} of {given.random} differ from Pinocchio")
+    for name, many in MANY.items():
+        once = race({name: partial(mo.mobility, many)}, repeats=5)[name].least
+        print(f"{name:12} F={many.coordinates:3} mf.mobility {once * 1e3:8.1f} ms")
     if given.json:
         Path(given.json).write_text(json.dumps(found.plain(), indent=1), "utf-8")
 

@@ -130,6 +130,16 @@ ROWS = (
         "third is proven, the rest found.",
     ),
     Row(
+        "R9c",
+        "Random over-constrained linkages, as in R9, with one or two parts that are shaky of order 2, 4 or 8 hung on "
+        "any body, a thousandth to a thousand times as large: finite mobility is that of the theorem, or in doubt "
+        "between two numbers of which one is right.",
+        "linkages",
+        10_000,
+        "shaky_parts --linkages 10000 --resume DIR",
+        "Parts that share no loop are judged apart.",
+    ),
+    Row(
         "R9b",
         "Random platforms on six legs, each of its own geometry, of which only lengths at a planted pose are told: the "
         "planted pose is among those found, all poses keep the lengths to 1e-9 of the size, there are forty in all; of "

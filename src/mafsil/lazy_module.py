@@ -185,13 +185,22 @@ _extensions: dict[str, str] = {}
 
 
 def extend(name: str, package: str) -> None:
-    """Register a package whose public functions a class of a lower layer has as methods.
+    """Register a package whose public functions a class of a lower layer has as methods, or a module that it asks.
 
     Args:
-        name: of the class.
-        package: with a face.
+        name: of the class, or of what `registered` is asked for.
+        package: with a face, or the module.
     """
     _extensions[name] = package
+
+
+def registered(name: str) -> Any:
+    """The module that a higher layer registered under a name by `extend`; None without one.
+
+    Args:
+        name: of what a lower layer leaves to it.
+    """
+    return import_module(_extensions[name]) if name in _extensions else None
 
 
 def extension(name: str) -> type:

@@ -12,6 +12,17 @@ def four_bar(points, planar=True, name="four-bar"):
     return Linkage.of(joints, planar=planar, output="coupler", name=name)
 
 
+def scissors(count, angle=0.6):
+    """Crossed pairs of equal bars in a row."""
+    w, h, joints = np.cos(angle), np.sin(angle), []
+    for k in range(count):
+        joints.append(joint(f"M{k}", "R", [f"up{k}", f"down{k}"], [2 * w * k + w, 0]))
+        if k:
+            joints.append(joint(f"T{k}", "R", [f"up{k - 1}", f"down{k}"], [2 * w * k, h]))
+            joints.append(joint(f"B{k}", "R", [f"down{k - 1}", f"up{k}"], [2 * w * k, -h]))
+    return Linkage.of(joints, ground="up0", planar=True, name="scissors")
+
+
 def parallel_cranks(angles):
     joints = []
     for k, (x, angle) in enumerate(zip((0.0, 1.5, 3.0), angles, strict=True)):

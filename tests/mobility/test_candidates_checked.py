@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.mobility.synthesis.answers import SynthesisStatus, outcome, rank_candidates
-from mafsil.mobility.synthesis.positions import Positions
+from mafsil.mobility.synthesis.fitting import Positions
 
 
 def turned(count: int, error: float) -> Positions:

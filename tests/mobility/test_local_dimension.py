@@ -1,5 +1,7 @@
 """Local dimension: linkages of known mobility with shaky parts of any size, and what the exactness of parts does."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,14 @@ from mafsil.mobility import Linkage, finite_mobility, joint, library, trace_moti
 from mafsil.mobility.finite import FiniteStatus
 from mafsil.solvers.local_dimension import local_set, multiplicity
 from mafsil.solvers.null_ways import FINEST
+from tests.budget import within
 from tests.mobility.known_dimensions import MOVING, SHAKY, Part, hung, linkage
+from tests.mobility.mechanisms import scissors
+from tests.reliability.local_dimensions import SCALES, TABLE, beside_four_bar, miura
 from tests.reliability.shaky_parts import work
+from tests.sizes import few, size
 
-SCALES = (1e-3, 0.1, 1.0, 1e3)
+SOME_SCALES = (1e-3, 0.1, 1.0, 1e3)
 PAIRED = ("pendulum", "four bars", "three cranks", "kite", "Bricard, line", "Dixon 1")
 
 
@@ -26,25 +32,35 @@ def require(part: Part, joints) -> None:
 
 
 @pytest.mark.capability("02-51")
-@pytest.mark.parametrize("name", MOVING)
+@pytest.mark.parametrize("name", few(TABLE, 14))
 def test_mechanisms_of_known_dimension(name):
-    for scale in (1e-3, 1.0, 1e3):
-        part = MOVING[name](scale)
-        require(part, part[0])
+    assert len(TABLE) >= 90
+    part = TABLE[name]()
+    require(part, part[0])
+    for scale, bridged in size([(1e-3, False), (1e3, False), (1.0, True)], list(product(SCALES, (False, True)))):
+        beside, dimension = beside_four_bar(part, scale, bridged)
+        require((part[0], dimension), list(beside.joints))
+
+
+@pytest.mark.capability("02-51")
+def test_many_bodies_take_a_moment():
+    sheet = linkage(miura(6, 6)[0])
+    for many in (scissors(30), sheet):
+        assert within(0.6, lambda many=many: mf.mobility(many)).mobility == 1
 
 
 @pytest.mark.capability("02-51")
 @pytest.mark.parametrize("shaky", SHAKY)
 @pytest.mark.parametrize("name", PAIRED)
 def test_shaky_parts_of_any_size_beside_a_mechanism_add_nothing(name, shaky):
-    for scale in SCALES:
+    for scale in SOME_SCALES:
         part = MOVING[name](1.0)
         require(part, part[0] + hung(SHAKY[shaky](scale), " shaky", shift=(0.3, -0.7, 0.2)))
 
 
 def test_the_order_with_which_loops_open_is_told():
     for order in (2, 4, 8):
-        for scale in SCALES:
+        for scale in SOME_SCALES:
             found = finite_mobility(linkage(SHAKY[f"taut {order}"](scale)[0]))
             assert found.mobility == 0
             assert found.order == pytest.approx(order, abs=0.05)

@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from mafsil import parallel
 from mafsil.errors import InputError
+from mafsil.geometry import pose, rotation
+from mafsil.parallel import CableRobot, cable_poses, cable_tensions
 from mafsil.parallel.cables.cable_tensions import CableStatus
 from mafsil.parallel.cables.cable_workspace import ClosureStatus
 
@@ -208,3 +210,60 @@ def test_the_nearest_tensions_where_none_hold_the_load():
     none = parallel.cable_tensions(few, np.eye(4), [0, 0, 0, 0, 0, -30.0])
     assert none.margin == -np.inf
     assert f"{float(none.missing):.4g} N" in none.explain("en")
+
+
+def on_pulleys(radius, planar=False):
+    """A crane whose cables come up to its upper pulleys and down to its lower ones, or a planar one."""
+    if planar:
+        frame = np.array([[-2.0, 0], [-2, 3], [2, 0], [2, 3]])
+        platform = np.array([[-0.2, -0.1], [-0.2, 0.1], [0.2, -0.1], [0.2, 0.1]])
+    else:
+        frame, platform = CORNERS, EYES
+    up = np.where(frame[:, -1:] > 0, 1.0, -1.0) * np.eye(frame.shape[1])[-1]
+    return CableRobot(frame, platform, 1.0, 500.0, pulleys=radius, arrivals=up)
+
+
+@pytest.mark.capability("08-40")
+@pytest.mark.parametrize("planar", [False, True])
+def test_cables_on_pulleys(planar):
+    radius = np.linspace(0.05, 0.2, 4 if planar else 8)
+    robot = on_pulleys(radius, planar)
+    rng = np.random.default_rng(3)
+    V, x = rng.normal(size=3 if planar else 6), np.array([0.3, 1.4, 0.1])
+    if not planar:
+        x = pose.from_rotation_translation(rotation.exp([0.1, 0.2, -0.1]), [0.3, 0.2, 1.4])
+    d, ends = robot.cable_vectors(x), robot._ends(x)
+    tangent = ends - d
+    spoke = tangent - robot.base
+    # From a_i over the pulley to the tangent: a chord of its wrapped angle, and the end on the tangent.
+    beta = (robot.lengths(x) - np.linalg.norm(d, axis=1)) / radius
+    np.testing.assert_allclose(np.linalg.norm(spoke, axis=1), 2 * radius * np.abs(np.sin(beta / 2)), atol=1e-12)
+    assert ((beta > 0) & (beta < np.pi)).all()
+    u = d / np.linalg.norm(d, axis=1, keepdims=True)
+    np.testing.assert_allclose((u * robot.arrivals).sum(axis=1), np.cos(beta), atol=1e-12)
+
+    def at(t):
+        if not planar:
+            return pose.exp(V * t) @ x
+        turn = np.array([[np.cos(V[0] * t), -np.sin(V[0] * t)], [np.sin(V[0] * t), np.cos(V[0] * t)]])
+        return np.append(turn @ x[:2] + V[1:] * t, x[2] + V[0] * t)
+
+    step = 1e-6
+    slope = (robot.lengths(at(step)) - robot.lengths(at(-step))) / (2 * step)
+    np.testing.assert_allclose(robot.cable_rates(x, V), slope, atol=1e-8)
+    assert cable_poses(robot, robot.lengths(x), at(0.05))
+    np.testing.assert_allclose(cable_poses(robot, robot.lengths(x), at(0.05)).x, x, atol=1e-10)
+    held = cable_tensions(robot, x, robot.weight(x, 20.0))
+    assert held
+    np.testing.assert_allclose(robot.wrench(x, held.tensions) + robot.weight(x, 20.0), 0.0, atol=1e-8)
+
+
+def test_small_pulleys_are_points_and_large_ones_are_refused():
+    x = pose.from_translation([0.3, 0.2, 1.4])
+    small, none = on_pulleys(1e-9), on_pulleys(0.0)
+    np.testing.assert_allclose(small.lengths(x), none.lengths(x), atol=1e-8)
+    np.testing.assert_allclose(small.structure_matrix(x), none.structure_matrix(x), atol=1e-8)
+    with pytest.raises(InputError, match="within its pulley"):
+        on_pulleys(2.3).lengths(x)
+    with pytest.raises(InputError, match="negative"):
+        on_pulleys(-0.1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mafsil.parallel.platforms import path_lane_loops
-from mafsil.parallel.platforms.start_platforms import CORRECTIONS, random_platform, start_platform
+from mafsil.parallel.platforms.platform_sets import CORRECTIONS, random_platform, start_platform
 from tests.parallel.complex_lanes_probe_loops import solve_eight
 
 

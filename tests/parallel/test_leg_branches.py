@@ -5,7 +5,7 @@ import pytest
 
 from mafsil import parallel as pa
 from mafsil.geometry import pose
-from mafsil.parallel.legs.leg_branches import LegSearchStatus
+from mafsil.parallel.legs.leg_configurations import LegSearchStatus
 
 
 @pytest.mark.capability("08-29", "08-31", "08-35")

@@ -1,14 +1,21 @@
 """Parallel robots as built, by one class of legs: there and back, rates, forces, singular places, indices."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import mafsil as mf
 from mafsil import InputError, parallel
+from mafsil.errors import FileError
 from mafsil.geometry import pose, rotation
+from mafsil.model import JointKind
 from mafsil.parallel.legs import (
     LegDrive,
     PlatformMotion,
+    RodDynamics,
     RodLimits,
+    RodMasses,
     RodRobot,
     as_rod_robot,
     five_bar_on_rods,
@@ -17,6 +24,9 @@ from mafsil.parallel.legs import (
     rod_workspace,
     rotary_delta,
 )
+from mafsil.parallel.legs.described import mechanism_of_parallel
+from mafsil.parallel.legs.leg_library import rod_legs
+from mafsil.parallel.legs.leg_statics import reduced_equations
 from tests.parallel.rod_robots import ROBOTS, THIRDS, ring
 
 every = pytest.mark.parametrize("name", ROBOTS)
@@ -212,3 +222,132 @@ def test_the_agile_eye():
         general.jacobian(R, q + 0.1)
     away = parallel.SphericalPlatform(ring(1.0, THIRDS, 0.8), ring(-1, THIRDS, 1), ring(1, THIRDS, -0.4), 0.1, 0.2)
     assert not away.inverse_kinematics(R)
+
+
+LOADED = [name for name in ROBOTS if name not in ("pair of SCARAs", "3-RRR", "H4")]
+
+
+@pytest.mark.capability("08-2")
+@pytest.mark.parametrize("name", LOADED)
+def test_robots_on_rods_as_joints_and_loops(name):
+    robot, _ = ROBOTS[name]
+    legs = rod_legs(robot)
+    T = legs.legs[0].home
+    A, B = reduced_equations(legs, np.zeros(legs.n))
+    V = np.linalg.lstsq(A, B, rcond=None)[0]
+    q = np.zeros(robot.m) if robot.drive is not LegDrive.EXTEND else robot.branch(T)
+    columns = robot.motion.columns if robot.motion is not PlatformMotion.PLANE_POINT else slice(0)
+    np.testing.assert_allclose(V[columns], robot.jacobian(T, q)[: len(V[columns])], atol=1e-9)
+    if robot.motion is PlatformMotion.PLANE_POINT:
+        velocity = np.cross(V[:3].T, T[:3, 3]) + V[3:].T
+        np.testing.assert_allclose(velocity[:, :2].T, robot.jacobian(T, q), atol=1e-9)
+    assert len(mechanism_of_parallel(robot, name).loops) == len(legs.legs) - 1
+
+
+def test_what_rods_do_not_hold_alone_is_refused():
+    for name in ("pair of SCARAs", "H4"):
+        with pytest.raises(InputError, match="keep it parallel"):
+            rod_legs(ROBOTS[name][0])
+
+
+@pytest.mark.capability("08-2")
+def test_files_of_parallel_robots_load_as_robots():
+    folder = Path(__file__).parents[2] / "examples" / "parallel"
+    for name, motors in {"delta": 3, "linear_delta": 3, "hexapod": 6, "planar_3rpr": 3, "agile_eye": 3}.items():
+        robot = mf.load(folder / f"{name}.toml")
+        every_joint = [*robot.mechanism.joints, *robot.mechanism.loops]
+        assert sum(each.actuated and each.kind is not JointKind.FIXED for each in every_joint) == motors
+        assert mf.mobility(robot.mechanism).mobility == motors
+    with pytest.raises(FileError, match="hangs in cables"):
+        mf.load(folder / "crane.toml")
+
+
+def with_masses(robot, gravity=(0.0, 0.0, -9.81)):
+    """A robot whose every part has a mass."""
+    I = np.array([[2e-3, 1e-4, 0], [1e-4, 3e-3, 2e-4], [0, 2e-4, 4e-3]])
+    masses = RodMasses(
+        1.3, 0.2 + 0.05 * np.arange(robot.m), com=[0.01, -0.02, 0.0 if robot.is_flat else 0.03], inertia=I, arms=0.4,
+        motors=0.02, sleeves=0.2,
+    )  # fmt: skip
+    return RodDynamics(robot, masses, gravity)
+
+
+def second_order(robot, x, V, Vd, t):
+    """Pose and its motion after a time, of a constant Vd, to the third power of it."""
+    W = [np.zeros(6) for _ in range(2)]
+    for each, value in zip(W, (V, Vd), strict=True):
+        each[robot.motion.columns] = value
+    # T(t) = exp(V t + Vd t^2 / 2) T: its space twist is V + Vd t up to t^2 [V, Vd] / 12 and beyond.
+    return pose.exp(W[0] * t + W[1] * t**2 / 2) @ robot.poses(x)
+
+
+@every
+@pytest.mark.capability("08-44")
+def test_power_of_the_motors_is_the_rate_of_energy(name):
+    robot, x = ROBOTS[name]
+    rng = np.random.default_rng(4)
+    dynamics = with_masses(robot, [1.0, -9.0, -3.0])
+    V, Vd = 0.3 * rng.normal(size=robot.m), rng.normal(size=robot.m)
+    q = chosen(robot, x)
+    tau = dynamics.inverse_dynamics(x, q, V, Vd)
+    rates, _ = dynamics.motor_accelerations(x, q, V, Vd)
+    step = 1e-5
+    energy = []
+    for t in (-step, step):
+        T = second_order(robot, x, V, Vd, t)
+        energy.append(sum(dynamics.energy(T, chosen(robot, T), V + Vd * t)))
+    assert tau @ rates == pytest.approx((energy[1] - energy[0]) / (2 * step), rel=1e-6, abs=1e-7)
+
+
+@every
+def test_forward_dynamics_is_the_inverse(name):
+    robot, x = ROBOTS[name]
+    rng, dynamics = np.random.default_rng(5), with_masses(robot)
+    T = displaced(robot, x, 0.01 * rng.normal(size=(4, robot.m)))
+    q = chosen(robot, T)
+    V, Vd, F = (rng.normal(size=(4, robot.m)) for _ in range(3))
+    tau = dynamics.inverse_dynamics(T, q, V, Vd, F)
+    np.testing.assert_allclose(dynamics.forward_dynamics(T, q, V, tau, F), Vd, rtol=1e-8, atol=1e-8)
+    one = dynamics.inverse_dynamics(T[2], q[2], V[2], Vd[2], F[2])
+    np.testing.assert_allclose(one, tau[2], rtol=1e-12)
+    at_rest = dynamics.inverse_dynamics(T, q, 0 * V, 0 * Vd) - dynamics.inverse_dynamics(T, q, 0 * V, 0 * Vd, F)
+    np.testing.assert_allclose(-at_rest, robot.efforts(T, q, F), rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["unequal Delta", "PUS hexapod", "UPS hexapod", "3-PRR"])
+def test_accelerations_of_motors(name):
+    robot, x = ROBOTS[name]
+    rng, step = np.random.default_rng(6), 1e-4
+    V, Vd = 0.3 * rng.normal(size=robot.m), rng.normal(size=robot.m)
+    q = [chosen(robot, second_order(robot, x, V, Vd, t)) for t in (-step, 0.0, step)]
+    qd, qdd = with_masses(robot).motor_accelerations(x, q[1], V, Vd)
+    np.testing.assert_allclose(qd, (q[2] - q[0]) / (2 * step), atol=1e-6)
+    np.testing.assert_allclose(qdd, (q[2] - 2 * q[1] + q[0]) / step**2, atol=2e-4)
+
+
+@pytest.mark.capability("08-44")
+@pytest.mark.parametrize("name", ["Delta", "five-bar", "UPS hexapod"])
+def test_energy_of_a_robot_that_nothing_drives_stays(name):
+    robot, x = ROBOTS[name]
+    dynamics, step = with_masses(robot, [1.0, -9.0, -3.0]), 2e-3
+    T, V, second = robot.poses(x), np.zeros(robot.m), np.zeros(robot.m, dtype=bool)
+
+    def energy(T, V):
+        return sum(dynamics.energy(T, robot.branch(T, second), V))
+
+    def slope(T, V):
+        return dynamics.forward_dynamics(T, robot.branch(T, second), V, np.zeros(robot.m))
+
+    def moved(T, V, t):
+        return displaced(robot, T, V * t)
+
+    first = energy(T, V)
+    for _ in range(20):  # Runge and Kutta's method, twists as if they were constant within a stage
+        a = slope(T, V)
+        b = slope(moved(T, V, step / 2), V + a * step / 2)
+        c = slope(moved(T, V + a * step / 2, step / 2), V + b * step / 2)
+        d = slope(moved(T, V + b * step / 2, step), V + c * step)
+        T, V = moved(T, V + (a + b + c) * step / 6, step), V + (a + 2 * b + 2 * c + d) * step / 6
+    kinetic = float(dynamics.energy(T, robot.branch(T, second), V)[0])
+    assert kinetic > 1e-3
+    assert abs(energy(T, V) - first) < 1e-5 * kinetic + 1e-9

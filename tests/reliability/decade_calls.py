@@ -128,6 +128,8 @@ CALLS = (
     "angle_tolerance=0.01, length_tolerance=0.01)",
     "parallel.legs.rod_indices(robot=RODS, x=[0, 0, -0.7], length=0.1, motor_stiffness=1.0, rod_stiffness=1.0, "
     "motor_error=0.001, rod_error=0.001)",
+    "parallel.legs.RodMasses(platform=1.0, rods=np.full(3, 0.1), com=np.zeros(3), inertia=np.eye(3), arms=np.ones(3), "
+    "motors=np.ones(3), sleeves=np.ones(3))",
     "mobility.linkages.turn_crank(linkage=FOUR, crank='A', speed=2.0, rows=8)",
     "mobility.library.bennett(a=1.0, alpha=0.5, b=1.6, theta=1.0)",
     "mobility.library.chain(joints=2, length=1.0)",

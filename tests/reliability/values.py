@@ -94,6 +94,10 @@ WRITTEN = (
     "parallel.RodRobot(motion=parallel.legs.PlatformMotion.POINT, drive=parallel.legs.LegDrive.CRANK, base=np.eye(3), "
     "rods=np.ones(3), rotating=np.zeros((3, 3)), fixed=np.zeros((3, 3)), axes=np.eye(3), arms=np.ones(3), "
     "zeros=np.eye(3)[[1, 2, 0]])",
+    "parallel.legs.RodMasses(platform=1.0, rods=np.full(3, 0.1), com=np.zeros(3), inertia=np.eye(3), arms=np.ones(3), "
+    "motors=np.ones(3), sleeves=np.ones(3))",
+    "parallel.legs.RodDynamics(robot=parallel.legs.rotary_delta(0.2, 0.05, 0.3, 0.8), "
+    "masses=parallel.legs.RodMasses(1.0), gravity=np.ones(3))",
     "parallel.SphericalPlatform(motors=np.eye(3), zeros=np.eye(3)[[2, 0, 1]], platform=np.eye(3)[[1, 2, 0]], "
     "first=np.full(3, 1.5), second=np.full(3, 1.5))",
     "parallel.CableRobot(base=np.eye(3), platform=np.zeros((3, 3)), lowest=1.0, highest=2.0)",

@@ -106,18 +106,18 @@ def ik(
     return Answer(data, tuple(lines), None if answer else explanation[0])
 
 
-def _draw(arm: Robot, answer: SolutionSet, rows: list[int], picture: str) -> None:
+def _draw(arm: Robot, answer: SolutionSet, rows: list[int], picture: Path) -> None:
     """Solutions as the page of the robot draws them where a browser can; as plots are in other files."""
     from mafsil.figures import plot_configurations
     from mafsil.page.show import chromium, show
 
     names = [answer.branches[k].label() for k in rows]
-    if Path(picture).suffix.lower() == ".png" and chromium() is not None:
+    if picture.suffix.lower() == ".png" and chromium() is not None:
         sides = [say("cli.ik_inside" if answer.within[k] else "cli.ik_outside") for k in rows]
         words = [f"{k + 1} · {name} · {side}" for k, name, side in zip(rows, names, sides, strict=True)]
         show(arm).photograph(picture, postures=dict(zip(words, answer.q[rows].tolist(), strict=True)))
     else:
-        drawn(lambda path: plot_configurations(arm, answer.q[rows], path, names, answer.within[rows]), picture)
+        plot_configurations(arm, answer.q[rows], picture, names, answer.within[rows])
 
 
 def _bare_angles(words: list[str], *, degrees: bool) -> Iterable[tuple[str, str]]:

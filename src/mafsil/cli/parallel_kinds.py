@@ -27,7 +27,7 @@ from mafsil.parallel import (
 from mafsil.parallel.cables import CablePoses, CableTensions
 from mafsil.parallel.legs import LegDrive, PlatformMotion, RodPoses
 from mafsil.parallel.planar import PlanarPoses
-from mafsil.parallel.platforms import ModePath, NearestSingularity, PlatformModes, PlatformPoints
+from mafsil.parallel.platforms import ModePath, NearestSingularity, PlatformModes, PlatformPoints, SphericalPlatform
 from mafsil.parallel.robot_file import ParallelRobot
 
 Found = PlatformModes | PlanarPoses | PlatformPoints | CablePoses | CableTensions | RodPoses
@@ -305,6 +305,36 @@ class PlanarCablesCommand(CablesCommand):
         return x
 
 
+class SphericalCommand(ParallelCommand):
+    """A body on three legs about one point."""
+
+    pose, wrench, rotary = SPATIAL[3:], SPATIAL_WRENCH[:3], True
+
+    def __init__(self, robot: SphericalPlatform) -> None:
+        self.robot = robot
+
+    def motors(self, x: Floats) -> Floats:
+        """Two angles each."""
+        return self.robot.inverse_kinematics(rotation.from_rpy(x)).q
+
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """All that were found, at most eight."""
+        found = self.robot.forward_kinematics(motors)
+        return found, rotation.to_rpy(found.x[: int(found.count)])
+
+    def misfit(self, x: Floats) -> Floats | None:
+        """Angles by which links miss."""
+        return self.robot.inverse_kinematics(rotation.from_rpy(x)).misfit
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """Of any kind."""
+        return self.robot.singularity(rotation.from_rpy(x), self.motors(x)[:, 0])
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """By virtual work."""
+        return None, self.robot.torques(rotation.from_rpy(x), self.motors(x)[:, 0], F)
+
+
 class RodsCommand(ParallelCommand):
     """A platform on rods."""
 
@@ -355,6 +385,7 @@ COMMANDS: dict[type[ParallelRobot], Callable[[Any], ParallelCommand]] = {
     DeltaRobot: DeltaCommand,
     FiveBar: FiveBarCommand,
     CableRobot: CablesCommand,
+    SphericalPlatform: SphericalCommand,
     RodRobot: RodsCommand,
 }
 

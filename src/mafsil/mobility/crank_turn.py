@@ -24,8 +24,7 @@ from mafsil.messages.tables import table
 from mafsil.mobility.assembly_existence import can_assemble, close_drawing
 from mafsil.mobility.crank_range import BESIDE, CrankRange, RangeEnd, TurnStatus
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.linkage_file import read_loads
-from mafsil.mobility.linkages.linkage_loads import LinkageLoads, in_space
+from mafsil.mobility.linkages.linkage_file import LinkageLoads, in_space, read_loads
 from mafsil.mobility.linkages.loop_closure import are_lengths, body_poses, units
 from mafsil.mobility.linkages.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.pin_forces import PinForces, driven_motion, pin_forces

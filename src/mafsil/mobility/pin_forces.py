@@ -18,7 +18,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.linkage_loads import LinkageLoads
+from mafsil.mobility.linkages.linkage_file import LinkageLoads
 from mafsil.mobility.linkages.loop_closure import LoopState, coupling_errors, loop_state, reduced_screws, units
 from mafsil.mobility.spaces.motion_group import bracket, cross
 from mafsil.mobility.tolerances import RANK

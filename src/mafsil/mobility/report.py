@@ -25,7 +25,6 @@ from mafsil.messages import say
 from mafsil.messages.catalogue import keys
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
 from mafsil.mobility.assembly_existence import close_drawing
-from mafsil.mobility.blocks import blocks
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
 from mafsil.mobility.four_bar import four_bar_of
 from mafsil.mobility.gruebler import GrueblerCount, Structure, gruebler, structure
@@ -34,10 +33,11 @@ from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import configuration, largest_gap, loop_equations, loop_state, misfit, units
 from mafsil.mobility.linkages.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.redundant_constraints import RedundantConstraints, redundant_constraints
+from mafsil.mobility.redundant_constraints import RedundantConstraints, blocks, redundant_constraints
 from mafsil.mobility.tolerances import CLOSED, RANK, ROUNDED
 from mafsil.solvers.decompositions import ranks
-from mafsil.solvers.null_ways import STEPS, solved_in_planes
+from mafsil.solvers.local_dimension import NEAR_STEPS
+from mafsil.solvers.null_ways import solved_in_planes
 
 NEARLY = 2e-3
 """Singular values up to this share of the largest are tried: a play of a thousandth of the size would free them."""
@@ -290,19 +290,21 @@ def _of_block(linkage: Linkage, value: Floats) -> list[Exactness]:
     _, s, Vt = np.linalg.svd(equations(u[None])[1][0])
     share = s / max(float(s.max(initial=0.0)), LEAST_DIVISOR)
     few = [k for k in range(len(s) - 1, -1, -1) if RANK < share[k] <= NEARLY][:MOST]
-    return [Exactness(_movers(linkage, Vt[k]), _play(linkage, u, Vt[k])) for k in few]
+    lengths = _plays(linkage, u, Vt[few]) if few else []
+    return [Exactness(_movers(linkage, Vt[k]), length) for k, length in zip(few, lengths, strict=True)]
 
 
-def _play(linkage: Linkage, u: Floats, direction: Floats) -> float:
-    """Widest gap [m] on the way along a direction, both ways."""
-    equations, widest = loop_equations(linkage), 0.0
-    both = np.array([direction, -direction])
-    here, before = u + STEPS[0] * both, float(STEPS[0])
-    for step in STEPS.tolist():
+def _plays(linkage: Linkage, u: Floats, directions: Floats) -> list[float]:
+    """Widest gaps [m] on the ways along directions (k, F), both ways of each; at the first steps they are narrowest."""
+    equations, widest = loop_equations(linkage), np.zeros(2 * len(directions))
+    both = np.concatenate([directions, -directions])
+    here, before = u + NEAR_STEPS[0] * both, float(NEAR_STEPS[0])
+    for step in NEAR_STEPS.tolist():
         ahead = u + (here - u) * (step / before)
         here, _ = solved_in_planes(equations, ahead, both[:, None], step, np.inf)
-        widest, before = max(widest, float(misfit(linkage, here * units(linkage)).max())), step
-    return widest
+        widest, before = np.maximum(widest, misfit(linkage, here * units(linkage))), step
+    widest_of_each: list[float] = widest.reshape(2, -1).max(axis=0).tolist()
+    return widest_of_each
 
 
 def _movers(linkage: Linkage, direction: Floats) -> tuple[str, ...]:

@@ -316,11 +316,15 @@ def _grown(mechanism: Mechanism, k: int, size: float) -> tuple[Shape, ...]:
     size = size / (1.0 + SLIMMER * len(mechanism.loops))
     radius = size * (THICK - (THICK - THIN) * k / max(len(mechanism.links) - 1, 1))
     foot = _shape("foot", Cylinder(1.9 * radius, 0.9 * radius), 0.45 * radius * _Z, _Z, HOUSING)
-    shapes: list[Shape] = [foot] if own is None else _rod(own, radius)
-    carried = [joint for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True) if parent == k]
-    for joint in carried:
-        shapes += _tubes(own, joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis, radius, SHELL)
+    shapes: list[Shape] = [foot] if own is None else [] if mechanism.loops else _rod(own, radius)
+    begin = _begin(own) if mechanism.loops else _ORIGIN
+    for joint in (*mechanism.joints, *mechanism.loops):
+        if joint.parent != mechanism.links[k].name:
+            continue
+        shapes += _tubes(own, joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis, radius, SHELL, begin=begin)
         shapes += _housing(joint, radius)
+    if any(loop.child == mechanism.links[k].name for loop in mechanism.loops):
+        shapes.append(_shape("pin", Sphere(radius), np.zeros(3), _Z, HOUSING))
     if mechanism.links[k].name == mechanism.tip:
         shapes += _tubes(own, mechanism.T_lt[:3, 3], mechanism.T_lt[:3, 2], 0.6 * radius, SHELL, flat=True)
         shapes.append(_knob(mechanism.T_lt, 0.62 * radius))

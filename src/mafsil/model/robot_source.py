@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from mafsil.errors import FileError, InputError
-from mafsil.lazy_module import lazily
+from mafsil.lazy_module import lazily, registered
 from mafsil.model import library, table
 from mafsil.model.diagnostics import shown
 from mafsil.model.faults import LOOP_CLOSED
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.tip import TipChoice
 from mafsil.regular_file import regular_bytes
+from mafsil.toml_source import read_toml
 
 if TYPE_CHECKING:
     import mafsil.model.file_reader as file_reader
@@ -95,11 +96,21 @@ def read_source(
         raise InputError("robot.no_dimensions", source=shown(str(source)), names=", ".join(dimensions))
     if path.suffix.lower() == ".toml":
         _require_choices(arguments, model, str(path))
-        return table.read(path), True
+        return _of_toml(path), True
     if path.suffix.lower() in LOGS:
         raise FileError("robot.log", source=shown(str(source)))
     mechanism, beside = _read(path, (), arguments, model), loop_file.loop_file_of(path)
     return (mechanism if beside is None else loop_file.with_loops(mechanism, beside)), True
+
+
+def _of_toml(path: Path) -> Mechanism:
+    """A table of joints, or a robot of a kind that a higher layer knows: a parallel one."""
+    kinds = registered("kinds of robots")
+    try:
+        data = {} if kinds is None else read_toml(path)
+    except FileError:
+        data = {}  # The reader of tables says what is wrong, with the line.
+    return table.read(path) if kinds is None or "kind" not in data else kinds.described(data, path.name)
 
 
 def _read(path: Path, packages: Iterable[Path], arguments: dict[str, str], model: str | None) -> Mechanism:

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     import mafsil.parallel as parallel
     import mafsil.parallel.closed_compiled as closed_choice
     import mafsil.parallel.closed_kernels as closed_kernels
-    import mafsil.parallel.closing as closing
+    import mafsil.parallel.closure as closing
     import mafsil.simulation.fused as fused
     from mafsil.kernels import Kernel
     from mafsil.parallel import ClosedChain
@@ -50,7 +50,7 @@ else:
     parallel = lazily("mafsil.parallel")
     closed_choice = lazily("mafsil.parallel.closed_compiled")
     closed_kernels = lazily("mafsil.parallel.closed_kernels")
-    closing = lazily("mafsil.parallel.closing")
+    closing = lazily("mafsil.parallel.closure")
 
 
 STRIDE = 0.02

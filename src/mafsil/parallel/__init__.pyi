@@ -32,7 +32,7 @@ from mafsil.parallel.loop_singularity import LoopSingularity as LoopSingularity
 from mafsil.parallel.loop_singularity import choose_actuators as choose_actuators
 from mafsil.parallel.planar.five_bar import FiveBar as FiveBar
 from mafsil.parallel.planar.five_bar import PlanarChain as PlanarChain
-from mafsil.parallel.planar.parallel_cranks import ParallelCranks as ParallelCranks
+from mafsil.parallel.planar.four_bar_curve import ParallelCranks as ParallelCranks
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR as PlanarThreeRPR
 from mafsil.parallel.planar.planar_legs import PlanarThreeRRR as PlanarThreeRRR
 from mafsil.parallel.platforms.assembly_modes import stewart_assembly_modes as stewart_assembly_modes

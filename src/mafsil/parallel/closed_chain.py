@@ -18,12 +18,12 @@ from mafsil.errors import InputError, ModelError
 from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
-from mafsil.parallel import closed_terms, closing
+from mafsil.parallel import closed_terms, closure
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
 from mafsil.parallel.closed_compiled import CompiledChain, Run, is_certain
 from mafsil.parallel.closed_kernels import terms_kernel
 from mafsil.parallel.closed_terms import Terms
-from mafsil.parallel.closing import CLOSED, FARTHEST_START
+from mafsil.parallel.closure import CLOSED, FARTHEST_START
 from mafsil.robot import Robot, as_open_tree
 from mafsil.robot.closed_states import loop_size
 from mafsil.robot.degrees import in_tip
@@ -123,7 +123,7 @@ class ClosedChain:
         """
         start = as_batch("q", q, (self.n,), finite=True)
         most, count = whole("max_steps", max_steps, 1, 100_000), whole("tries", tries, 1, 10_000)
-        return closing.close_loops(self, start, self._free(hold), most, count)
+        return closure.close_loops(self, start, self._free(hold), most, count)
 
     def rates(self, q: ArrayLike, qd: ArrayLike, *, hold: ArrayLike | None = None) -> JointVector:
         """(*batch, n) rates that keep the loops closed, the nearest to given ones in kinetic energy.

@@ -7,15 +7,16 @@
     platform_angles = [-45, 45, 75, 165, 195, 285]
 
 or `base` and `platform`, six places each; `3rpr`, `3rrr`, `delta`, `five_bar` and `cable` have the names of the
-attributes of `PlanarThreeRPR`, `PlanarThreeRRR`, `DeltaRobot`, `FiveBar` and `CableRobot`. Robots on rods have those
-of the arguments of the function that makes them: `rotary_delta`, `linear_delta`, `hexapod_on_rods`, `five_bar_on_rods`,
+attributes of `PlanarThreeRPR`, `PlanarThreeRRR`, `DeltaRobot`, `FiveBar` and `CableRobot`, `spherical` those of
+`SphericalPlatform` with the angles of its links, `first` and `second`, in degrees. Robots on rods have those of the
+arguments of the function that makes them: `rotary_delta`, `linear_delta`, `hexapod_on_rods`, `five_bar_on_rods`,
 `planar_on_rods`, `h4`; their `angles` are degrees.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from inspect import Parameter, signature
 from os import PathLike
 from pathlib import Path
@@ -31,18 +32,23 @@ from mafsil.parallel.legs.rod_robot import RodRobot
 from mafsil.parallel.planar.five_bar import FiveBar
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR, PlanarThreeRRR
 from mafsil.parallel.platforms.delta import DeltaRobot
+from mafsil.parallel.platforms.spherical_platform import SphericalPlatform
 from mafsil.parallel.platforms.stewart import StewartPlatform
 from mafsil.toml_source import read_toml
 
-ParallelRobot = StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar | CableRobot | RodRobot
+_OfAttributes = (
+    StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar | CableRobot | SphericalPlatform
+)
+ParallelRobot = _OfAttributes | RodRobot
 
-KINDS: dict[str, type[StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar | CableRobot]] = {
+KINDS: dict[str, type[_OfAttributes]] = {
     "stewart": StewartPlatform,
     "3rpr": PlanarThreeRPR,
     "3rrr": PlanarThreeRRR,
     "delta": DeltaRobot,
     "five_bar": FiveBar,
     "cable": CableRobot,
+    "spherical": SphericalPlatform,
 }
 ON_RODS: dict[str, Callable[..., RodRobot]] = {
     each.__name__: each
@@ -54,6 +60,8 @@ ON_RODS: dict[str, Callable[..., RodRobot]] = {
 """Robots on rods by the function that makes them."""
 CIRCLES = ("base_radius", "platform_radius", "base_angles", "platform_angles")
 """Another way to describe a platform on six legs: two circles, angles in degrees."""
+DEGREES = {"angles", "first", "second"}
+"""Keys of angles."""
 HEADING = ("kind", "name")
 
 
@@ -92,7 +100,8 @@ def parse_parallel(data: dict[str, Any], source: str) -> ParallelRobot:
         keys = tuple(arguments)
         needed = tuple(name for name, each in arguments.items() if each.default is Parameter.empty)
     elif not circles:
-        keys = needed = tuple(each.name for each in fields(KINDS[kind]))
+        keys = tuple(each.name for each in fields(KINDS[kind]))
+        needed = tuple(f.name for f in fields(KINDS[kind]) if f.default is f.default_factory is MISSING)
     for key in numbers:
         if key not in keys:
             raise FileError("mobility.file_key", path=source, place="", name=key, known=", ".join((*HEADING, *keys)))
@@ -100,9 +109,10 @@ def parse_parallel(data: dict[str, Any], source: str) -> ParallelRobot:
         if key not in numbers:
             raise FileError("mobility.file_missing", path=source, place=kind, name=key)
     try:
+        for key in DEGREES & numbers.keys():
+            numbers[key] = np.radians(real_array(key, numbers[key]))
         if kind in ON_RODS:
-            turned = {"angles": np.radians(real_array("angles", numbers["angles"]))} if "angles" in numbers else {}
-            return ON_RODS[kind](**(numbers | turned))
+            return ON_RODS[kind](**numbers)
         return _on_circles(numbers) if circles else KINDS[kind](**numbers)
     except InputError as error:
         raise FileError("mobility.file_joint", path=source, place=kind, reason=error.message()) from None

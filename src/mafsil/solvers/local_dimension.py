@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil.arrays import Floats
 from mafsil.floating_point import EPS
 from mafsil.solvers.null_ways import (
     AIMED,
@@ -152,7 +153,8 @@ def multiplicity(equations: Equations, x: Numbers, share: float, exact: float) -
 def _dimensions(equations: Equations, points: Numbers, tangents: Numbers, exact: float, seed: int) -> NDArray[np.intp]:
     """(p, 2) dimensions at general points (p, n) of sets that go along tangents (p, n): what is sure, what may be.
 
-    1. If ways close along a whole basis of the null space, it is the dimension.
+    1. If ways close along a whole basis of the null space and along its sum, it is the dimension. Ways that slide say
+       nothing: where the set is thinner, several of them end on one line of it.
     2. Else tangents are gathered one by one, at a few of them; zero stands at the others.
     """
     bases: list[Numbers] = [null_directions(J, LOOSE) for J in equations(points)[1]]
@@ -160,17 +162,26 @@ def _dimensions(equations: Equations, points: Numbers, tangents: Numbers, exact:
     found = np.ones((len(points), 2), dtype=np.intp)
     for d in sorted({K.shape[1] for K in bases} - {0, 1}):
         alike: list[int] = [k for k, K in enumerate(bases) if K.shape[1] == d]
-        across = np.concatenate([_across(bases[k], along[k]) for k in alike])
-        starts = np.repeat(points[alike], d - 1, axis=0)
-        planes = np.repeat(np.conj(np.array([along[k] for k in alike])), d - 1, axis=0)
-        null = np.repeat(across.reshape(-1, d - 1, across.shape[1]), d - 1, axis=0)
-        tried = ways(equations, starts, across, null, planes, exact, NEAR_STEPS)
-        whole = (tried.verdicts.reshape(-1, d - 1) == Way.CLOSES).all(axis=1)
+        across = np.array([_across(bases[k], along[k]) for k in alike])
+        beside = np.concatenate([across, unit(across.sum(axis=1, keepdims=True))], axis=1)[:, : d if d > 2 else 1]
+        each = beside.shape[1]
+        aimed, starts = np.concatenate(beside), np.repeat(points[alike], each, axis=0)
+        planes = np.repeat(np.conj(np.array([along[k] for k in alike])), each, axis=0)
+        null = np.repeat(across, each, axis=0)
+        tried = ways(equations, starts, aimed, null, planes, exact, NEAR_STEPS)
+        closes = (tried.verdicts == Way.CLOSES) & ~(_slid(tried.points[:, 0] - starts, aimed, null) > AIMED)
+        whole = closes.reshape(-1, each).all(axis=1)
         rest = [k for k, good in zip(alike, whole.tolist(), strict=True) if not good]
         found[alike], found[rest] = d, 0
         for k in rest[:FEW_POINTS]:
             found[k] = _gather(equations, points[k], bases[k], along[k], exact, seed)
     return found
+
+
+def _slid(gone: Numbers, aimed: Numbers, null: Numbers) -> Floats:
+    """(k,) how far ways (k, n), within null spaces (k, d, n), turned from unit directions (k, n)."""
+    along = np.einsum("kdn,kd->kn", null, np.einsum("kdn,kn->kd", np.conj(null), gone))
+    return np.linalg.norm(unit(along) - aimed, axis=1)
 
 
 def _gather(

@@ -30,6 +30,11 @@ CLEAR = 30.0
 REACH = 0.4
 """Longest step. At an order of eight the gap there is 1e-3 times the eighth derivative, far above EXACT."""
 STEPS = REACH / np.array([256.0, 64.0, 16.0, 4.0, 2.0, 1.0])
+SURE = 1e-4 / FINEST
+"""Times the gap that is closed, of equations that have all their digits: below it a gap c r^p leaves its c in doubt.
+Where parts of very different size share a block, Newton's method stops that near to a motion beside its direction."""
+BENT = 1.5
+"""Orders above it are those of solutions that are not simple."""
 MOST_ORDER, JUMP = 12.0, 1e-6
 """A gap that grows faster from one step to the next, to more than this, is the end of a set smaller than the step."""
 ROUNDING, CLOSED = 1e-15, 1e-12
@@ -88,6 +93,11 @@ class Ways:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(first >= 0, np.log(after / before) / np.log(self.steps[high] / self.steps[low]), np.nan)
 
+    def _least(self, last: NDArray[np.intp]) -> Floats:
+        """(k,) gaps at the last steps, of the order of each, that are surely open."""
+        powers = self.steps[last] ** np.clip(np.nan_to_num(self.orders), BENT, MOST_ORDER)
+        return np.asarray(SURE * min(self.exact, FINEST) * powers, dtype=np.float64)
+
     @property
     def verdicts(self) -> NDArray[np.intp]:
         """(k,) of `Way`: closes to the last step or to where the set ends, opens with an order, in doubt, or lost."""
@@ -96,7 +106,8 @@ class Ways:
         final = np.where(there.any(axis=1), self.gaps[k, last], np.inf)
         closed, opened = there & (self.gaps <= self.exact), there & (self.gaps > JUMP)
         ends = (closed[:, :-1] & opened[:, 1:]).any(axis=1) & (self.orders > MOST_ORDER)
-        found = np.where(final > CLEAR * self.exact, Way.OPENS, Way.IN_DOUBT)
+        clear = (final > CLEAR * self.exact) & ~((self.orders > BENT) & (final < self._least(last)))
+        found = np.where(clear, Way.OPENS, Way.IN_DOUBT)
         closes = np.where(last == len(self.steps) - 1, Way.CLOSES, Way.LOST)
         return np.where(ends, Way.CLOSES, np.where(final <= self.exact, closes, found))
 

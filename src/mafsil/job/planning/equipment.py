@@ -19,10 +19,7 @@ from mafsil.model import JointKind, Mechanism
 from mafsil.model.limits import Limits
 from mafsil.model.loading import load_mechanism
 from mafsil.model.mounting import on_track
-from mafsil.parallel.legs.described import described
-from mafsil.parallel.robot_file import KINDS
 from mafsil.robot import Robot, as_open_tree
-from mafsil.toml_source import read_toml
 
 UNNAMED_TOOL = "tool"
 """What the tool of `[tool]` is called."""
@@ -117,7 +114,7 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
     source = folder / job.robot if Path(job.robot).suffix else job.robot
     key = "robot"
     try:
-        mechanism = _load_mechanism(source, job.tool.link)
+        mechanism = load_mechanism(source, tip=job.tool.link)
         for k, track in reversed(list(enumerate(job.track))):
             bounds = {"velocity": track.speed, "acceleration": track.acceleration}
             known = {name: value for name, value in bounds.items() if value is not None}
@@ -129,15 +126,6 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
         if places is None:
             raise
         raise places.of_file(fault, (key,)) from None
-
-
-def _load_mechanism(source: str | Path, tip: str | None) -> Mechanism:
-    """A robot of the library or of a file; a TOML file may be one of `mafsil.parallel`, too."""
-    if isinstance(source, Path) and source.suffix == ".toml":
-        data = read_toml(source)
-        if data.get("kind") in KINDS:
-            return described(data, source.name)
-    return load_mechanism(source, tip=tip)
 
 
 def _tool(job: Job, name: str | None) -> Tool:

@@ -18,8 +18,7 @@ from mafsil.arrays import Floats, frozen, require_kind
 from mafsil.errors import ModelError
 from mafsil.floating_point import EPS
 from mafsil.messages import say
-from mafsil.mobility.linkages.coupling import Coupling
-from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint
+from mafsil.mobility.linkages.linkage_joint import Coupling, Kind, LinkageJoint
 from mafsil.mobility.tolerances import TYPED
 
 ROUNDINGS = 64 * EPS
@@ -158,7 +157,7 @@ class Linkage:
         """Name of the body that does not move."""
         return self.bodies[0]
 
-    @property
+    @cached_property
     def coordinates(self) -> int:
         """F, number of joint coordinates."""
         return sum(each.freedoms for each in self.joints)

@@ -27,6 +27,8 @@ from mafsil.solvers import decompositions
 from mafsil.solvers.null_ways import Equations
 
 MOST_STEPS = 60
+IN_PLANE = np.array([2, 3, 4])
+"""Rows of twists of the plane: turn about z, x, y."""
 CONTRACTED = 0.1
 """Share of the gap that a step with slopes of before may leave; where it leaves more, they are taken anew."""
 SMALLEST_LOOP = 1e-6
@@ -268,9 +270,14 @@ def largest_gap(linkage: Linkage, theta: ArrayLike | None = None) -> Floats:
 
 
 def loop_equations(linkage: Linkage) -> Equations:
-    """Gaps and their rates at coordinates over `units` (k, F), each loop over its own size, for `solvers`."""
+    """Gaps and their rates at coordinates over `units` (k, F), each loop over its own size, for `solvers`.
+
+    Loops of the plane have three rows: the others hold by themselves.
+    """
     own, scale = _over_own_sizes(linkage)[0], units(linkage)
     loops, rows = len(own), 6 * len(own)
+    of_loops = 6 * np.arange(loops)[:, None] + (IN_PLANE if linkage.planar else np.arange(6))
+    kept = np.concatenate([of_loops.ravel(), np.arange(rows, linkage.conditions)])
 
     def equations(u: Floats) -> tuple[Floats, Floats]:
         state = loop_state(linkage, u * scale)
@@ -278,7 +285,7 @@ def loop_equations(linkage: Linkage) -> Equations:
         for part in (gap[..., None], matrix):
             block = part[:, :rows].reshape(len(u), loops, 6, part.shape[2])
             part[:, :rows] = (own @ block).reshape(len(u), rows, part.shape[2])
-        return gap, matrix
+        return gap[:, kept], matrix[:, kept]
 
     return equations
 

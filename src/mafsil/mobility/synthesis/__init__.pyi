@@ -1,10 +1,10 @@
 from mafsil.mobility.synthesis.answers import Ranking as Ranking
 from mafsil.mobility.synthesis.answers import Synthesis as Synthesis
-from mafsil.mobility.synthesis.burmester import BurmesterCurves as BurmesterCurves
-from mafsil.mobility.synthesis.burmester import burmester_curves as burmester_curves
 from mafsil.mobility.synthesis.candidate import Candidate as Candidate
 from mafsil.mobility.synthesis.dyads import Dyad as Dyad
 from mafsil.mobility.synthesis.dyads import DyadKind as DyadKind
+from mafsil.mobility.synthesis.five_poses import BurmesterCurves as BurmesterCurves
+from mafsil.mobility.synthesis.five_poses import burmester_curves as burmester_curves
 from mafsil.mobility.synthesis.function_task import FunctionTask as FunctionTask
 from mafsil.mobility.synthesis.function_task import StructuralError as StructuralError
 from mafsil.mobility.synthesis.function_task import chebyshev_spacing as chebyshev_spacing

@@ -14,10 +14,10 @@ from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.synthesis.assessment import Assessment
-from mafsil.mobility.synthesis.burmester import BurmesterCurves
 from mafsil.mobility.synthesis.candidate import Candidate, CandidateStatus, candidate
 from mafsil.mobility.synthesis.dyads import Dyad
-from mafsil.mobility.synthesis.positions import Positions
+from mafsil.mobility.synthesis.fitting import Positions
+from mafsil.mobility.synthesis.five_poses import BurmesterCurves
 from mafsil.mobility.synthesis.tolerances import BULKY, EXACT, MOST_CANDIDATES
 
 

@@ -16,7 +16,7 @@ from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.slider_crank import SliderCrank
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.assessment import Assessment
-from mafsil.mobility.synthesis.positions import Positions
+from mafsil.mobility.synthesis.fitting import Positions
 
 
 class CandidateStatus(Status):

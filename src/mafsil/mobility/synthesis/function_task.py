@@ -26,9 +26,9 @@ from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.candidate import Candidate
 from mafsil.mobility.synthesis.dyads import Dyad, cranks_and_blocks
+from mafsil.mobility.synthesis.fitting import Positions
 from mafsil.mobility.synthesis.motion import dyads_through
 from mafsil.mobility.synthesis.poses import Complexes, PoseConditions, as_complex, common_pole
-from mafsil.mobility.synthesis.positions import Positions
 from mafsil.mobility.synthesis.tolerances import SAME_POSE, SINGULAR_PENCIL
 
 SAME_GROUND = 1e-3

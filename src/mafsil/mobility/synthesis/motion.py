@@ -22,9 +22,9 @@ from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import circle_crossings, circle_gap
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
-from mafsil.mobility.synthesis.burmester import BurmesterCurves, block_of, curves_of
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks, dyads_of, three_pose_dyads
-from mafsil.mobility.synthesis.five_poses import five_pose_pairs
+from mafsil.mobility.synthesis.fitting import four_bars_of, slider_cranks_of
+from mafsil.mobility.synthesis.five_poses import BurmesterCurves, block_of, curves_of, five_pose_pairs
 from mafsil.mobility.synthesis.poses import (
     Complexes,
     PoseConditions,
@@ -35,7 +35,6 @@ from mafsil.mobility.synthesis.poses import (
     in_plane,
     is_translation,
 )
-from mafsil.mobility.synthesis.positions import four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.tolerances import AT_INFINITY, EXACT, SAME_POSE
 
 MOST_DYADS = 4

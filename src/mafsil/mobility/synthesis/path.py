@@ -21,10 +21,9 @@ from mafsil.errors import InputError
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks
-from mafsil.mobility.synthesis.fitting import fit_four_bars
+from mafsil.mobility.synthesis.fitting import Positions, fit_four_bars, four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.motion import count_dyads, dyads_through, pole_details
 from mafsil.mobility.synthesis.poses import PoseConditions, as_complex, common_pole, spread
-from mafsil.mobility.synthesis.positions import Positions, four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.tolerances import SAME_POSE
 
 MOST_POINTS = 400

@@ -1,8 +1,8 @@
-from mafsil.parallel.legs.leg_branches import LegBranches as LegBranches
-from mafsil.parallel.legs.leg_branches import LegModes as LegModes
-from mafsil.parallel.legs.leg_branches import leg_assembly_modes as leg_assembly_modes
-from mafsil.parallel.legs.leg_branches import leg_branches as leg_branches
+from mafsil.parallel.legs.leg_configurations import LegBranches as LegBranches
 from mafsil.parallel.legs.leg_configurations import LegConfigurations as LegConfigurations
+from mafsil.parallel.legs.leg_configurations import LegModes as LegModes
+from mafsil.parallel.legs.leg_configurations import leg_assembly_modes as leg_assembly_modes
+from mafsil.parallel.legs.leg_configurations import leg_branches as leg_branches
 from mafsil.parallel.legs.leg_configurations import leg_forward as leg_forward
 from mafsil.parallel.legs.leg_configurations import leg_inverse as leg_inverse
 from mafsil.parallel.legs.leg_library import delta_legs as delta_legs
@@ -19,6 +19,8 @@ from mafsil.parallel.legs.leg_statics import inverse_rates as inverse_rates
 from mafsil.parallel.legs.leg_statics import leg_forces as leg_forces
 from mafsil.parallel.legs.leg_statics import reduced_equations as reduced_equations
 from mafsil.parallel.legs.rod_calibration import calibrate_rods as calibrate_rods
+from mafsil.parallel.legs.rod_dynamics import RodDynamics as RodDynamics
+from mafsil.parallel.legs.rod_dynamics import RodMasses as RodMasses
 from mafsil.parallel.legs.rod_indices import RodIndices as RodIndices
 from mafsil.parallel.legs.rod_indices import RodLimits as RodLimits
 from mafsil.parallel.legs.rod_indices import rod_indices as rod_indices

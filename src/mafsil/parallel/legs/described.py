@@ -6,22 +6,26 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.errors import FileError
+from mafsil.errors import FileError, InputError
 from mafsil.geometry import pose
 from mafsil.model import Limits, Mechanism
 from mafsil.model.exponentials import frame_on_screw, kind_of_screw
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
-from mafsil.parallel.legs.leg_library import delta_legs, stewart_legs
+from mafsil.parallel.cables.cable_robot import CableRobot
+from mafsil.parallel.legs.leg_library import delta_legs, rod_legs, spherical_legs, stewart_legs
 from mafsil.parallel.legs.leg_mechanism import LegMechanism
+from mafsil.parallel.legs.rod_library import OnRods, as_rod_robot
+from mafsil.parallel.legs.rod_robot import LegDrive
 from mafsil.parallel.platforms.delta import DeltaRobot
+from mafsil.parallel.platforms.spherical_platform import SphericalPlatform
 from mafsil.parallel.platforms.stewart import StewartPlatform
 from mafsil.parallel.robot_file import parse_parallel
 
 STROKE = 0.3
-"""How far legs of a platform go in and out from where it is drawn, as share of their length."""
+"""How far legs and carriages go either way from where they are drawn, as share of the length of legs or rods."""
 SWING = 0.5 * np.pi
-"""How far arms of a Delta robot turn up and down from where they lie level [rad]."""
+"""How far cranks turn either way from where they are drawn [rad]."""
 
 
 def described(data: dict[str, Any], source: str) -> Mechanism:
@@ -32,21 +36,28 @@ def described(data: dict[str, Any], source: str) -> Mechanism:
         source: name for errors.
 
     Raises:
-        FileError: no parallel robot, or one of another kind than `stewart` and `delta`.
+        FileError: no parallel robot, or one of cables, of an articulated plate, or of no pose with motors at zero.
     """
     robot = parse_parallel(data, source)
-    if not isinstance(robot, StewartPlatform | DeltaRobot):
-        raise FileError("parallel.not_described", path=source, given=str(data["kind"]))
-    return mechanism_of_parallel(robot, str(data.get("name", data["kind"])))
+    try:
+        if isinstance(robot, CableRobot):
+            raise InputError("parallel.not_rigid")
+        return mechanism_of_parallel(robot, str(data.get("name", data["kind"])))
+    except InputError as fault:
+        reason = fault.message()
+        raise FileError("parallel.not_described", path=source, given=str(data["kind"]), reason=reason) from None
 
 
-def mechanism_of_parallel(robot: StewartPlatform | DeltaRobot | LegMechanism, name: str) -> Mechanism:
+def mechanism_of_parallel(robot: OnRods | SphericalPlatform | LegMechanism, name: str) -> Mechanism:
     """A parallel robot as a description with loops, without masses and shapes; its tip is the platform.
 
     Args:
-        robot: a platform on six legs is drawn level above its base, as high as the base is wide; a Delta robot with
-            level arms; legs as they are drawn.
+        robot: a platform on six legs is drawn level above its base, as high as the base is wide; robots on rods with
+            motors at zero, as `rod_legs` says; legs as they are drawn.
         name: of the robot.
+
+    Raises:
+        InputError: motors at zero have no pose; a plate that is articulated.
     """
     match robot:
         case StewartPlatform():
@@ -59,6 +70,12 @@ def mechanism_of_parallel(robot: StewartPlatform | DeltaRobot | LegMechanism, na
             return mechanism_of_legs(delta_legs(robot, 0.0), name, Limits(lower=-SWING, upper=SWING))
         case LegMechanism():
             return mechanism_of_legs(robot, name, Limits())
+        case SphericalPlatform():
+            return mechanism_of_legs(spherical_legs(robot), name, Limits(lower=-SWING, upper=SWING))
+        case _:
+            rods = as_rod_robot(robot)
+            way = SWING if rods.drive is LegDrive.CRANK else STROKE * (float(rods.rods.min()) or rods.size)
+            return mechanism_of_legs(rod_legs(rods), name, Limits(lower=-way, upper=way))
 
 
 def mechanism_of_legs(drawn: LegMechanism, name: str, driven: Limits) -> Mechanism:

@@ -25,7 +25,7 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose, rotation
 from mafsil.parallel.legs.leg_lines import forces_for, require_regular, resultant, unit_vectors
 from mafsil.parallel.legs.rod_poses import RodPoses, crossing_of_spheres, search_poses
-from mafsil.parallel.planar.motor_angles import MotorAngles, crank_angles
+from mafsil.parallel.planar.five_bar import MotorAngles, crank_angles
 from mafsil.parallel.planar.planar_legs import planar_poses
 from mafsil.parallel.platforms.stewart import StewartPlatform
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds

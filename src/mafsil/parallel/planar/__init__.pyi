@@ -1,11 +1,11 @@
 from mafsil.parallel.planar.five_bar import FiveBar as FiveBar
+from mafsil.parallel.planar.five_bar import MotorAngles as MotorAngles
 from mafsil.parallel.planar.five_bar import PlanarChain as PlanarChain
 from mafsil.parallel.planar.four_bar_curve import FourBarPoint as FourBarPoint
 from mafsil.parallel.planar.four_bar_curve import OutputAngles as OutputAngles
+from mafsil.parallel.planar.four_bar_curve import ParallelCranks as ParallelCranks
 from mafsil.parallel.planar.four_bar_curve import output_angles as output_angles
 from mafsil.parallel.planar.four_bar_curve import singular_points as singular_points
-from mafsil.parallel.planar.motor_angles import MotorAngles as MotorAngles
-from mafsil.parallel.planar.parallel_cranks import ParallelCranks as ParallelCranks
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR as PlanarThreeRPR
 from mafsil.parallel.planar.planar_legs import PlanarThreeRRR as PlanarThreeRRR
 from mafsil.parallel.planar.planar_poses import PlanarPoses as PlanarPoses

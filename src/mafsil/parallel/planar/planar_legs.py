@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import InputError
 from mafsil.parallel.legs.leg_lines import forces_for, rates, require_regular, require_rods, resultant, unit_vectors
-from mafsil.parallel.planar.motor_angles import MotorAngles, crank_angles
+from mafsil.parallel.planar.five_bar import MotorAngles, crank_angles
 from mafsil.parallel.planar.planar_platform import FITS, all_poses, leg_vectors, sextic
 from mafsil.parallel.planar.planar_poses import PlanarPoses
 from mafsil.parallel.platforms.nearest_lengths import LegEnds

@@ -22,8 +22,7 @@ from mafsil.messages.tables import number, table
 from mafsil.parallel.legs.leg_lines import line_matrix
 from mafsil.parallel.platforms.nearest_lengths import LegEnds, NearestLengths
 from mafsil.parallel.platforms.platform_paths import AllPoses, Start, all_poses, general_start
-from mafsil.parallel.platforms.platform_sets import real_pose_of_set
-from mafsil.parallel.platforms.start_platforms import CORRECTIONS, MOST
+from mafsil.parallel.platforms.platform_sets import CORRECTIONS, MOST, real_pose_of_set
 
 
 class AssemblyModesStatus(Status):

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats
 from mafsil.floating_point import EPS
-from mafsil.parallel.platforms.start_platforms import MOST, Complexes
+from mafsil.parallel.platforms.platform_sets import MOST, Complexes
 
 ROUNDING = 64 * float(np.finfo(np.longdouble).eps)
 """Of the sum of sizes of the terms of a quadric: each has fewer than sixty operations, in the longest floats here."""

@@ -19,7 +19,7 @@ from mafsil.arrays import Floats, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.parallel.legs.leg_lines import forces_for, require_regular, require_rods
-from mafsil.parallel.planar.motor_angles import MotorAngles, crank_angles
+from mafsil.parallel.planar.five_bar import MotorAngles, crank_angles
 from mafsil.parallel.platforms.nearest_lengths import LegEnds
 from mafsil.parallel.platforms.platform_points import PlatformPoints
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds

@@ -38,7 +38,7 @@ from mafsil.kernels.loops.lanes import (
 from mafsil.kernels.loops.loop import compiled, inlined
 from mafsil.parallel.platforms.complex_lane_loops import extent, number, solve_in_lanes
 from mafsil.parallel.platforms.path_loops import LARGEST, finish
-from mafsil.parallel.platforms.stewart_lane_loops import legs_in_lanes, norm_one_in_lanes, rates_in_lanes
+from mafsil.parallel.platforms.stewart_loops import legs_in_lanes, norm_one_in_lanes, rates_in_lanes
 
 if TYPE_CHECKING:
     from mafsil.kernels.loops.lanes import Buffer, Lanes, Mask

@@ -19,8 +19,16 @@ from numpy.typing import NDArray
 from mafsil import threads
 from mafsil.arrays import Booleans, Floats
 from mafsil.lazy_module import lazily
-from mafsil.parallel.platforms.platform_sets import judge_ends, pose_numbers, simple, suspects
-from mafsil.parallel.platforms.start_platforms import CORRECTIONS, MOST, Complexes, start_platform
+from mafsil.parallel.platforms.platform_sets import (
+    CORRECTIONS,
+    MOST,
+    Complexes,
+    judge_ends,
+    pose_numbers,
+    simple,
+    start_platform,
+    suspects,
+)
 from mafsil.parallel.tolerances import LENGTH, REAL, SAME
 
 if TYPE_CHECKING:

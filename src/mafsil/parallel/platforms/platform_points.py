@@ -13,7 +13,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
-from mafsil.parallel.planar.rod_meeting import STARTS, nearest_places
+from mafsil.parallel.planar.planar_poses import STARTS, nearest_places
 from mafsil.parallel.platforms.nearest_lengths import LegEnds, NearestLengths
 
 

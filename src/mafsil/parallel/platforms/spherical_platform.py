@@ -22,7 +22,7 @@ from mafsil.geometry import rotation
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.parallel.legs.leg_lines import require_regular, resultant
 from mafsil.parallel.legs.rod_poses import RodPoses
-from mafsil.parallel.planar.motor_angles import MotorAngles
+from mafsil.parallel.planar.five_bar import MotorAngles
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
 from mafsil.parallel.tolerances import FEASIBLE, OPEN, SAME
 

@@ -28,7 +28,7 @@ from mafsil.parallel.legs.leg_lines import forces_for, line_matrix, rates, resul
 from mafsil.parallel.platforms.assembly_modes import PlatformModes, modes_of, of_size_one, poses_of
 from mafsil.parallel.platforms.certificate import Certificate, certificate_of
 from mafsil.parallel.platforms.platform_paths import Start, all_poses, nearly_real, own_start
-from mafsil.parallel.platforms.start_platforms import CORRECTIONS
+from mafsil.parallel.platforms.platform_sets import CORRECTIONS
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
 from mafsil.parallel.tolerances import LENGTH
 
