@@ -15,7 +15,7 @@ from html import escape
 from typing import Any, ClassVar, cast
 
 from mafsil.book.entry import Entry, EntryStatus
-from mafsil.book.errata import COUNTEREXAMPLES
+from mafsil.book.errata import errata, erratum
 from mafsil.book.example import example
 from mafsil.book.exercise import exercise, exercises
 from mafsil.book.figure import figure
@@ -26,6 +26,8 @@ from mafsil.scene.modules import read
 from mafsil.toml_source import parsed_toml
 
 AREA = "book_pages"
+_FIGURE, _EXAMPLE = cache(figure), cache(example)
+"""At their first values: a page asks for them in two languages."""
 _COLUMNS = ("section", "page", "figures", "examples", "errata", "exercises", "tests")
 
 
@@ -36,7 +38,7 @@ class SectionPage(Entry):
     Attributes:
         formulas: in the notation of docstrings.
         call: what computes it.
-        figures, examples, remarks, exercises: numbers of what belongs to it.
+        figures, examples, remarks, exercises, errata: numbers of what belongs to it.
         within: numbers of the sections inside it.
     """
 
@@ -47,6 +49,7 @@ class SectionPage(Entry):
     examples: Sequence[str] = ()
     remarks: Sequence[str] = ()
     exercises: Sequence[str] = ()
+    errata: Sequence[str] = ()
     within: Sequence[str] = field(default=())
 
     def explain(self, language: str | None = None) -> str:
@@ -76,15 +79,9 @@ class SectionPage(Entry):
         ]
         return "\n".join([*lines, "", *(shown if pictures else []), ""])
 
-    @property
-    def errata(self) -> int:
-        """Number of errata on the page: its own, and those of its examples and figures."""
-        entries = [*map(figure, self.figures), *map(example, self.examples), self]
-        return sum(bool(entry.erratum) for entry in entries)
-
     def to_dict(self) -> dict[str, Any]:
         """What `Entry` has, and what stands on the page."""
-        names = ("formulas", "call", "figures", "examples", "remarks", "exercises", "within")
+        names = ("formulas", "call", "figures", "examples", "remarks", "exercises", "errata", "within")
         return super().to_dict() | {name: getattr(self, name) for name in names}
 
     def _lines(self, language: str | None) -> list[tuple[str, str]]:
@@ -93,20 +90,20 @@ class SectionPage(Entry):
         lines += [("within", say(f"{AREA}.within", language=language, numbers=", ".join(self.within)))] * bool(
             self.within
         )
-        if not self.status.succeeded:
-            return [*lines, ("caption", self.status.sentence(language))] if not self.within else lines
+        if not self.status.succeeded and not self.within:
+            lines.append(("caption", self.status.sentence(language)))
         lines += [("caption", line) for line in rest[:1]]
         lines += [("formula", formula) for formula in self.formulas]
         lines += [("call", self.call)] * bool(self.call)
         lines += [("fact", line) for line in rest[1:]]
         for number in self.figures:
-            shown = figure(number)
+            shown = _FIGURE(number)
             lines.append(
                 ("figure", say(f"{AREA}.see_figure", language=language, number=number, title=shown.words("", language)))
             )
             wrong = shown.words("erratum", language)
             lines += [("erratum", say("book.erratum", language=language, text=wrong))] * bool(wrong)
-        entries = [*map(example, self.examples), *map(remark, self.remarks)]
+        entries: list[Entry] = [*map(_EXAMPLE, self.examples), *map(remark, self.remarks), *map(erratum, self.errata)]
         lines += [("entry", line) for entry in entries for line in entry.explain(language).split("\n")]
         for number in self.exercises:
             title = exercise(number).words("title", language)
@@ -120,7 +117,7 @@ def _isolate(line: str, language: str | None) -> str:
 
 
 def _title(number: str, language: str | None) -> str:
-    return figure(number).words("", language)
+    return _FIGURE(number).words("", language)
 
 
 @cache
@@ -149,11 +146,9 @@ def section(number: str, /) -> SectionPage:
         raise InputError(f"{AREA}.unknown", number=name, known=", ".join(near))
     content = _pages().get(name)
     within = [other for other in known if other.startswith(name + ".")]
-    if content is None:
-        return SectionPage(name, EntryStatus.MISSING, {}, (), within=within)
-    facts = tuple(COUNTEREXAMPLES[name]()) if name in COUNTEREXAMPLES else ()
     own = [family for family in exercises(name) if family.split()[0] == name]
-    return SectionPage(name, EntryStatus.FIXED, {}, facts, exercises=own, within=within, **content)
+    status = EntryStatus.MISSING if content is None else EntryStatus.FIXED
+    return SectionPage(name, status, {}, (), exercises=own, errata=errata(name), within=within, **(content or {}))
 
 
 def section_table(language: str | None = None) -> list[list[str]]:
@@ -167,7 +162,7 @@ def section_table(language: str | None = None) -> list[list[str]]:
         page = section(number)
         rows.append([
             number, page.words("", language) if page else "-", ", ".join(page.figures) or "-",
-            ", ".join(page.examples) or "-", str(page.errata), ", ".join(page.exercises) or "-", _tests(page),
+            ", ".join(page.examples) or "-", str(len(page.errata)), ", ".join(page.exercises) or "-", _tests(page),
         ])  # fmt: skip
     return rows
 
@@ -178,5 +173,5 @@ def _tests(page: SectionPage) -> str:
     files = [f"test_chapter_{max(int(chapter), 2)}_figures" for chapter in chapters]
     files = ["test_chapter_10_figures" if file == "test_chapter_9_figures" else file for file in files]
     files += ["test_examples"] * bool(page.examples) + ["test_remarks"] * bool(page.remarks)
-    files += ["test_exercises"] * bool(page.exercises) + ["test_edition"] * bool(page.facts)
+    files += ["test_exercises"] * bool(page.exercises) + ["test_edition"] * bool(page.errata)
     return ", ".join(dict.fromkeys(files)) or "-"

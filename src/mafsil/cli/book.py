@@ -1,4 +1,4 @@
-"""`mafsil book`: figures, examples, remarks and exercises of the textbook by number, sheets of exercises, marks."""
+"""`mafsil book`: entries of the textbook by number, sheets of exercises, marks."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from mafsil.whole_file import write_whole
 
 _OPEN = {
     "section": book_of.section, "figure": book_of.figure, "example": book_of.example, "remark": book_of.remark,
-    "exercise": book_of.exercise,
+    "exercise": book_of.exercise, "erratum": book_of.erratum,
 }  # fmt: skip
 _LISTS = {
     "section": book_of.sections, "figure": book_of.figures, "example": book_of.examples, "remark": book_of.remarks,
-    "exercise": book_of.exercises,
+    "exercise": book_of.exercises, "erratum": book_of.errata,
 }  # fmt: skip
 
 KINDS = (*_OPEN, "sheet", "marks", "find")
