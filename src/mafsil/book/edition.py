@@ -7,10 +7,10 @@ named there have no page yet, and say so.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from functools import cache
+from functools import cache, partial
 from html import escape
 from typing import Any, ClassVar, cast
 
@@ -21,9 +21,10 @@ from mafsil.book.exercise import exercise, exercises
 from mafsil.book.figure import figure
 from mafsil.book.remarks import remark
 from mafsil.errors import InputError
-from mafsil.messages import in_sentence, keys, say
+from mafsil.messages import direction, in_sentence, keys, say
 from mafsil.scene.modules import read
 from mafsil.toml_source import parsed_toml
+from mafsil.typed_number import eastern
 
 AREA = "book_pages"
 _FIGURE, _EXAMPLE = cache(figure), cache(example)
@@ -56,13 +57,15 @@ class SectionPage(Entry):
         """The whole page as lines of text, in `en`, `ar` or the current language."""
         return "\n".join(line for _, line in self._lines(language))
 
-    def to_markdown(self, language: str | None = None, pictures: str = "") -> str:
+    def to_markdown(self, language: str | None = None, pictures: str = "", *, eastern_digits: bool = False) -> str:
         """The page for the site, beginning with its heading.
 
         Args:
             language: `en` or `ar`; the current one if None.
             pictures: folder of the figures' pictures, `NUMBER.svg`; none are shown if empty.
+            eastern_digits: Arabic-Indic digits in the sentences of an Arabic page; formulas and code keep theirs.
         """
+        written = partial(_isolate, language=language, digits=eastern if eastern_digits else str)
         lines: list[str] = []
         for kind, line in self._lines(language):
             match kind:
@@ -70,10 +73,12 @@ class SectionPage(Entry):
                     lines.append(f"## {line}\n")
                 case "formula" | "call":
                     lines.append(f"\n`{line}`\n")
+                case "proof":
+                    lines.append(f"  {_isolate(line, language)}")
                 case "within" | "caption":
-                    lines.append(f"\n{_isolate(line, language)}\n")
+                    lines.append(f"\n{written(line)}\n")
                 case _:
-                    lines.append(f"- {_isolate(line, language)}")
+                    lines.append(f"- {written(line)}")
         shown = [
             f'<img src="{pictures}/{n}.svg" alt="{escape(_title(n, language))}" loading="lazy">' for n in self.figures
         ]
@@ -103,17 +108,23 @@ class SectionPage(Entry):
             )
             wrong = shown.words("erratum", language)
             lines += [("erratum", say("book.erratum", language=language, text=wrong))] * bool(wrong)
-        entries: list[Entry] = [*map(_EXAMPLE, self.examples), *map(remark, self.remarks), *map(erratum, self.errata)]
+        entries: list[Entry] = [*map(_EXAMPLE, self.examples), *map(remark, self.remarks)]
         lines += [("entry", line) for entry in entries for line in entry.explain(language).split("\n")]
+        for number in self.errata:
+            lines += zip(("erratum", "proof"), erratum(number).explain(language).split("\n"), strict=False)
         for number in self.exercises:
             title = exercise(number).words("title", language)
             lines.append(("exercise", say(f"{AREA}.see_exercise", language=language, number=number, title=title)))
         return lines
 
 
-def _isolate(line: str, language: str | None) -> str:
+def _isolate(line: str, language: str | None, digits: Callable[[str], str] = str) -> str:
     """A line of Markdown whose numbers and formulas keep their direction."""
-    return in_sentence(line, language, "page", words=escape, foreign=escape)
+
+    def write(text: str) -> str:
+        return escape(digits(text))
+
+    return in_sentence(line, language, "page", words=write, foreign=write if direction(language) == "rtl" else escape)
 
 
 def _title(number: str, language: str | None) -> str:

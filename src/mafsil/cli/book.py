@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import mafsil.book as book_of
 from mafsil.book.sheet import marks_csv, read_students
@@ -39,6 +40,7 @@ def book(
     solution: bool = False,
     students: str | None = None,
     exam: bool = False,
+    eastern_digits: bool = False,
     files: list[str] | None = None,
     out: str | None = None,
 ) -> Answer:
@@ -53,6 +55,7 @@ def book(
         solution: with hints and solution of an exercise.
         students: CSV file with the names of those who get a sheet each.
         exam: sheets that do not judge themselves.
+        eastern_digits: Arabic-Indic digits in the Arabic sentences of sheets.
         files: answers that students saved.
         out: folder of sheets, or file of marks.
 
@@ -68,7 +71,13 @@ def book(
         raise InputError("cli.book_no_figure")
     drawn_from, difficulty = count("seed", seed or "0"), count("level", level or "1")
     if what == "sheet":
-        return _sheets(number or "", drawn_from, difficulty, students, Path(out or "."), exam=exam)
+        options: dict[str, Any] = {
+            "seed": drawn_from,
+            "level": difficulty,
+            "exam": exam,
+            "eastern_digits": eastern_digits,
+        }
+        return _sheets(number or "", students, Path(out or "."), **options)
     if what == "marks":
         return _marks(files or [], out)
     if what == "find":
@@ -123,12 +132,12 @@ def _exercise(number: str, seed: int, level: int, answers: Sequence[str], *, sol
     return Answer(data | verdict.to_dict(), (*lines, Toned(head, "good" if verdict else "bad"), *rest), wrong)
 
 
-def _sheets(section: str, seed: int, level: int, students: str | None, folder: Path, *, exam: bool) -> Answer:
+def _sheets(section: str, students: str | None, folder: Path, *, seed: int, **options: Any) -> Answer:
     """A sheet and its answers for each student."""
     folder.mkdir(parents=True, exist_ok=True)
     written: list[str] = []
     for student in read_students(students) if students else [""]:
-        sheet = book_of.sheet(section, seed=seed, level=level, student=student, exam=exam)
+        sheet = book_of.sheet(section, seed=seed, student=student, **options)
         name = re.sub(r"[^\w -]+", "_", student) or f"sheet-{seed}"
         for ending, answers in ((".html", False), (".answers.html", True)):
             path = folder / f"{name}{ending}"

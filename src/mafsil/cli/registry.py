@@ -126,6 +126,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("solution", "flag"),
             Parameter("students", "path", reads=True, metavar="FILE.csv"),
             Parameter("exam", "flag"),
+            Parameter("eastern_digits", "flag"),
             Parameter("files", "path", many=True, reads=True, metavar="FILE.csv"),
             Parameter("out", "path", metavar="FOLDER"),
         ),
