@@ -346,11 +346,11 @@ def body_twist(draw: Draw) -> Task:
     lengths, angles, rates = _links(draw, 2), np.array([draw.degrees(), draw.degrees()]), draw.numbers(2, -2, 2, 0.5)
     robot, q = _arm(*lengths), np.radians(angles)
     V_b, V_s = (J[2:5] @ rates for J in (robot.jacobian_body(q), robot.jacobian_space(q)))
-    still = [V_b[0], *(_point_jacobian(robot, q) @ rates)]
+    still, short = [V_b[0], *(_point_jacobian(robot, q) @ rates)], V_b - [0, 0, lengths[1] * V_b[0]]
     return Task(
         {"L1": lengths[0], "L2": lengths[1], "t1": angles[0], "t2": angles[1], "rates": rates, "w": V_b[0],
          "vx": lengths[0] * np.sin(q[1]) * rates[0], "vy": V_b[2]},
-        [ask("planar_V_b", V_b, space_form=V_s, not_turned=still, last_link_left_out=V_b - [0, 0, lengths[1] * V_b[0]])],
+        [ask("planar_V_b", V_b, space_form=V_s, not_turned=still, last_link_left_out=short)],
     )  # fmt: skip
 
 
