@@ -330,12 +330,12 @@ def _meeting(a: Floats, b: Floats, r: float, s: float) -> Floats:
 def joint_screw(draw: Draw) -> Task:
     """The screw of a revolute joint at zero, and of a prismatic one."""
     w, q = np.eye(3)[draw.whole(0, 2)] * draw.choice((1, -1)), draw.numbers(3, -1, 1)
-    slide, v = np.eye(3)[draw.whole(0, 2)], -np.cross(w, q)
+    along, v = np.eye(3)[draw.whole(0, 2)], -np.cross(w, q)
     return Task(
-        {"w": w, "q": q, "slide": slide, "cross": np.cross(w, q), "v": v},
+        {"w": w, "q": q, "along": along, "cross": np.cross(w, q), "v": v},
         [
             ask("S", [*w, *v], cross_order=[*w, *-v], point_as_moment=[*w, *q]),
-            ask("S_slide", [0.0, 0.0, 0.0, *slide]),
+            ask("S_along", [0.0, 0.0, 0.0, *along]),
         ],
     )
 
