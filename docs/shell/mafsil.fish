@@ -76,7 +76,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from list' -l lang
 complete -c mafsil -n '__fish_seen_subcommand_from list' -l no-color
 complete -c mafsil -n '__fish_seen_subcommand_from list' -l debug
 complete -c mafsil -n '__fish_seen_subcommand_from list' -l help
-complete -c mafsil -n __fish_use_subcommand -a book -d 'show pages, figures, worked examples, remarks and exercises of the textbook by number, write exercise sheets and collect marks; without a number, list them'
+complete -c mafsil -n __fish_use_subcommand -a book -d 'show pages, figures, worked examples, remarks, errata and exercises of the textbook by number, write exercise sheets and collect marks; without a number, list them'
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l picture
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l seed
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l level
@@ -84,6 +84,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from book' -l answer
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l solution
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l students
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l exam
+complete -c mafsil -n '__fish_seen_subcommand_from book' -l eastern-digits
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l files
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l out
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l json

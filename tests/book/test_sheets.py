@@ -159,3 +159,16 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["book", "exercise", "9.1.1 torques", "--answer", "M"]) != 0
     assert main(["book", "marks"]) != 0
     capsys.readouterr()
+
+
+def test_eastern_digits_stand_in_arabic_sentences_alone() -> None:
+    western, eastern = (mf.book.sheet("4.2", seed=3, count=3, eastern_digits=flag).to_html() for flag in (False, True))
+    assert not re.search("[٠-٩]", re.sub(r"<script.*?</script>", "", western, flags=re.S))
+    back = eastern.translate(str.maketrans("٠١٢٣٤٥٦٧٨٩٫", "0123456789."))
+    assert back == western.translate(str.maketrans("٠١٢٣٤٥٦٧٨٩٫", "0123456789."))
+    for tag, text in re.findall(r'<(?:span|p|li) data-lang="(\w+)"[^>]*>(.*?)</', eastern):
+        assert tag == "ar" or not re.search("[٠-٩]", text)
+    assert re.search("[٠-٩]", eastern[: eastern.index("<script")])
+    page = mf.book.section("4.3.2")
+    assert re.search("[٠-٩]", page.to_markdown("ar", eastern_digits=True))
+    assert page.to_markdown("en", eastern_digits=True) == page.to_markdown("en")

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import axe_core_python
+import nbformat
 import pytest
 
 import mafsil as mf
@@ -120,6 +121,39 @@ def test_sections_of_the_tutorials_stand_alone(tmp_path: Path, monkeypatch: pyte
         for cell in notebook.cells:
             if cell.cell_type == "code":
                 exec(compile(cell.source, title, "exec"), names)
+
+
+def test_the_course_is_one_source_in_two_languages() -> None:
+    """Fourteen weeks that read, run and exercise what exists: same code, other words."""
+    both = [notebooks.week_notebooks(language) for language in ("en", "ar")]
+    assert [len(weeks) for weeks in both] == [14, 14]
+    for (_, english), (_, arabic) in zip(*both, strict=True):
+        nbformat.validate(english)
+        codes = [[c.source for c in book.cells if c.cell_type == "code"] for book in (english, arabic)]
+        assert codes[0][1:] == codes[1][1:]
+        texts = [[c.source for c in book.cells if c.cell_type == "markdown"] for book in (english, arabic)]
+        assert all(re.search("[\u0600-\u06ff]", text) and 'dir="rtl"' in text for text in texts[1])
+        assert not re.search("[\u0600-\u06ff]", "".join(texts[0]))
+        assert "## Mini-project" in "".join(texts[0])
+    for week in notebooks._weeks():
+        assert (ROOT / "examples" / "python" / week["script"]).exists()
+        assert all((ROOT / "docs" / page).exists() for page in week["pages"])
+        assert set(week["sections"]) <= set(mf.book.sections())
+        assert [bool(cell.get("project")) for cell in week["cell"]][-1]
+
+
+@pytest.mark.parametrize("week", range(14))
+def test_weeks_of_the_course_run(week: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In Arabic, whose code is that of the English notebook but for the language."""
+    monkeypatch.chdir(tmp_path)
+    title, notebook = notebooks.week_notebooks("ar")[week]
+    names: dict[str, object] = {}
+    try:
+        for cell in notebook.cells:
+            if cell.cell_type == "code":
+                exec(compile(cell.source, title, "exec"), names)
+    finally:
+        mf.language("en")
 
 
 @pytest.mark.slow

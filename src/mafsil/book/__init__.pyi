@@ -3,6 +3,9 @@ from mafsil.book.edition import section as section
 from mafsil.book.edition import sections as sections
 from mafsil.book.entry import Fact as Fact
 from mafsil.book.entry import Slider as Slider
+from mafsil.book.errata import Erratum as Erratum
+from mafsil.book.errata import errata as errata
+from mafsil.book.errata import erratum as erratum
 from mafsil.book.example import Example as Example
 from mafsil.book.example import example as example
 from mafsil.book.example import examples as examples

@@ -1,4 +1,4 @@
-"""Figures of chapter 10: control loops, one joint under its laws, friction, force and impedance."""
+"""Figures of chapters 9 and 10: a link cut free; control loops, one joint, friction, force and impedance."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from mafsil.book.programs import Bench, Reference, computed_torque_loop, feedfor
 from mafsil.figures.panel import ACCENT, BLUE, COLOURS, GREEN, INK, RED, SECOND, SOFT, Panel
 from mafsil.figures.touching import push_response
 from mafsil.one_joint.drives import SpeedFriction
+from mafsil.performance.statics import joint_reactions
 from mafsil.robot import as_robot
 
 ARM = oj.JointArm.of(0.5, 1.0, 0.1, 0.1)
@@ -26,6 +27,28 @@ MODEL = oj.JointArm.of(0.5, 1.0, 0.08, 0.1)
 GAINS = np.array([2.205, 1.0, 2.0])
 """kp, ki, kd of figure 10.6."""
 TIME, ERROR = "$t$ [s]", r"$\theta_e$ [rad]"
+
+
+@draws("9.1", elbow=Slider(-2.5, 2.5, 0.9))
+def free_body_of_a_link(elbow: float) -> Drawing:
+    """The second link of a planar 3R arm with the wrenches at its two joints and its weight."""
+    robot = as_robot("planar3r")
+    q = np.array([0.4, elbow, -0.5])
+    places = np.array([robot.forward_kinematics(q, frame=link.name)[:3, 3] for link in robot.mechanism.links[-3:]])
+    start, end = places[1, :2], places[2, :2]
+    reactions = joint_reactions(robot, q)
+    panel = Panel().line([start, end], BLUE, width=9.0, name="link").dots([start, end], "#2a2a2a", width=8.0)
+    middle = (start + end) / 2
+    along = (end - start) / np.linalg.norm(end - start)
+    T = np.eye(3)
+    T[:2, :2], T[:2, 2] = np.column_stack([along, [-along[1], along[0]]]), middle
+    panel.frame(T, 0.25, "i").arrow(middle, [0, -0.35], r"$m_i g$", colour=RED, name="weight")
+    panel.arrow(start - 0.45 * along, 0.4 * along, r"$F_i$", colour=ACCENT, reach=-0.15, name="wrench i")
+    panel.arrow(
+        end + 0.45 * along, -0.4 * along, r"$-\mathrm{Ad}^\top F_{i+1}$", colour=GREEN, reach=-0.35, name="wrench i+1"
+    )
+    panel.arc(start, 0.14, (1.0, 4.0), colour=SOFT, head=True, name="torque")
+    return Drawing({"a": panel}, {"robot": robot, "q": q, "reactions": reactions}, [Fact("links", robot.n)])
 
 
 @draws("10.1")

@@ -7,25 +7,28 @@ named there have no page yet, and say so.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from functools import cache
+from functools import cache, partial
 from html import escape
 from typing import Any, ClassVar, cast
 
 from mafsil.book.entry import Entry, EntryStatus
-from mafsil.book.errata import COUNTEREXAMPLES
+from mafsil.book.errata import errata, erratum
 from mafsil.book.example import example
 from mafsil.book.exercise import exercise, exercises
 from mafsil.book.figure import figure
 from mafsil.book.remarks import remark
 from mafsil.errors import InputError
-from mafsil.messages import in_sentence, keys, say
+from mafsil.messages import direction, in_sentence, keys, say
 from mafsil.scene.modules import read
 from mafsil.toml_source import parsed_toml
+from mafsil.typed_number import eastern
 
 AREA = "book_pages"
+_FIGURE, _EXAMPLE = cache(figure), cache(example)
+"""At their first values: a page asks for them in two languages."""
 _COLUMNS = ("section", "page", "figures", "examples", "errata", "exercises", "tests")
 
 
@@ -36,7 +39,7 @@ class SectionPage(Entry):
     Attributes:
         formulas: in the notation of docstrings.
         call: what computes it.
-        figures, examples, remarks, exercises: numbers of what belongs to it.
+        figures, examples, remarks, exercises, errata: numbers of what belongs to it.
         within: numbers of the sections inside it.
     """
 
@@ -47,19 +50,22 @@ class SectionPage(Entry):
     examples: Sequence[str] = ()
     remarks: Sequence[str] = ()
     exercises: Sequence[str] = ()
+    errata: Sequence[str] = ()
     within: Sequence[str] = field(default=())
 
     def explain(self, language: str | None = None) -> str:
         """The whole page as lines of text, in `en`, `ar` or the current language."""
         return "\n".join(line for _, line in self._lines(language))
 
-    def to_markdown(self, language: str | None = None, pictures: str = "") -> str:
+    def to_markdown(self, language: str | None = None, pictures: str = "", *, eastern_digits: bool = False) -> str:
         """The page for the site, beginning with its heading.
 
         Args:
             language: `en` or `ar`; the current one if None.
             pictures: folder of the figures' pictures, `NUMBER.svg`; none are shown if empty.
+            eastern_digits: Arabic-Indic digits in the sentences of an Arabic page; formulas and code keep theirs.
         """
+        written = partial(_isolate, language=language, digits=eastern if eastern_digits else str)
         lines: list[str] = []
         for kind, line in self._lines(language):
             match kind:
@@ -67,24 +73,20 @@ class SectionPage(Entry):
                     lines.append(f"## {line}\n")
                 case "formula" | "call":
                     lines.append(f"\n`{line}`\n")
+                case "proof":
+                    lines.append(f"  {_isolate(line, language)}")
                 case "within" | "caption":
-                    lines.append(f"\n{_isolate(line, language)}\n")
+                    lines.append(f"\n{written(line)}\n")
                 case _:
-                    lines.append(f"- {_isolate(line, language)}")
+                    lines.append(f"- {written(line)}")
         shown = [
             f'<img src="{pictures}/{n}.svg" alt="{escape(_title(n, language))}" loading="lazy">' for n in self.figures
         ]
         return "\n".join([*lines, "", *(shown if pictures else []), ""])
 
-    @property
-    def errata(self) -> int:
-        """Number of errata on the page: its own, and those of its examples and figures."""
-        entries = [*map(figure, self.figures), *map(example, self.examples), self]
-        return sum(bool(entry.erratum) for entry in entries)
-
     def to_dict(self) -> dict[str, Any]:
         """What `Entry` has, and what stands on the page."""
-        names = ("formulas", "call", "figures", "examples", "remarks", "exercises", "within")
+        names = ("formulas", "call", "figures", "examples", "remarks", "exercises", "errata", "within")
         return super().to_dict() | {name: getattr(self, name) for name in names}
 
     def _lines(self, language: str | None) -> list[tuple[str, str]]:
@@ -93,34 +95,40 @@ class SectionPage(Entry):
         lines += [("within", say(f"{AREA}.within", language=language, numbers=", ".join(self.within)))] * bool(
             self.within
         )
-        if not self.status.succeeded:
-            return [*lines, ("caption", self.status.sentence(language))] if not self.within else lines
+        if not self.status.succeeded and not self.within:
+            lines.append(("caption", self.status.sentence(language)))
         lines += [("caption", line) for line in rest[:1]]
         lines += [("formula", formula) for formula in self.formulas]
         lines += [("call", self.call)] * bool(self.call)
         lines += [("fact", line) for line in rest[1:]]
         for number in self.figures:
-            shown = figure(number)
+            shown = _FIGURE(number)
             lines.append(
                 ("figure", say(f"{AREA}.see_figure", language=language, number=number, title=shown.words("", language)))
             )
             wrong = shown.words("erratum", language)
             lines += [("erratum", say("book.erratum", language=language, text=wrong))] * bool(wrong)
-        entries = [*map(example, self.examples), *map(remark, self.remarks)]
+        entries: list[Entry] = [*map(_EXAMPLE, self.examples), *map(remark, self.remarks)]
         lines += [("entry", line) for entry in entries for line in entry.explain(language).split("\n")]
+        for number in self.errata:
+            lines += zip(("erratum", "proof"), erratum(number).explain(language).split("\n"), strict=False)
         for number in self.exercises:
             title = exercise(number).words("title", language)
             lines.append(("exercise", say(f"{AREA}.see_exercise", language=language, number=number, title=title)))
         return lines
 
 
-def _isolate(line: str, language: str | None) -> str:
+def _isolate(line: str, language: str | None, digits: Callable[[str], str] = str) -> str:
     """A line of Markdown whose numbers and formulas keep their direction."""
-    return in_sentence(line, language, "page", words=escape, foreign=escape)
+
+    def write(text: str) -> str:
+        return escape(digits(text))
+
+    return in_sentence(line, language, "page", words=write, foreign=write if direction(language) == "rtl" else escape)
 
 
 def _title(number: str, language: str | None) -> str:
-    return figure(number).words("", language)
+    return _FIGURE(number).words("", language)
 
 
 @cache
@@ -149,11 +157,9 @@ def section(number: str, /) -> SectionPage:
         raise InputError(f"{AREA}.unknown", number=name, known=", ".join(near))
     content = _pages().get(name)
     within = [other for other in known if other.startswith(name + ".")]
-    if content is None:
-        return SectionPage(name, EntryStatus.MISSING, {}, (), within=within)
-    facts = tuple(COUNTEREXAMPLES[name]()) if name in COUNTEREXAMPLES else ()
     own = [family for family in exercises(name) if family.split()[0] == name]
-    return SectionPage(name, EntryStatus.FIXED, {}, facts, exercises=own, within=within, **content)
+    status = EntryStatus.MISSING if content is None else EntryStatus.FIXED
+    return SectionPage(name, status, {}, (), exercises=own, errata=errata(name), within=within, **(content or {}))
 
 
 def section_table(language: str | None = None) -> list[list[str]]:
@@ -167,7 +173,7 @@ def section_table(language: str | None = None) -> list[list[str]]:
         page = section(number)
         rows.append([
             number, page.words("", language) if page else "-", ", ".join(page.figures) or "-",
-            ", ".join(page.examples) or "-", str(page.errata), ", ".join(page.exercises) or "-", _tests(page),
+            ", ".join(page.examples) or "-", str(len(page.errata)), ", ".join(page.exercises) or "-", _tests(page),
         ])  # fmt: skip
     return rows
 
@@ -178,5 +184,5 @@ def _tests(page: SectionPage) -> str:
     files = [f"test_chapter_{max(int(chapter), 2)}_figures" for chapter in chapters]
     files = ["test_chapter_10_figures" if file == "test_chapter_9_figures" else file for file in files]
     files += ["test_examples"] * bool(page.examples) + ["test_remarks"] * bool(page.remarks)
-    files += ["test_exercises"] * bool(page.exercises) + ["test_edition"] * bool(page.facts)
+    files += ["test_exercises"] * bool(page.exercises) + ["test_edition"] * bool(page.errata)
     return ", ".join(dict.fromkeys(files)) or "-"

@@ -84,7 +84,8 @@ class Task:
 Family = Callable[[Draw], "Task | None"]
 """Draws an exercise; None where the numbers do not fit and others are to be drawn."""
 _INDEX: Index[Family] = Index(
-    ("exercises_of_motions", "exercises_of_robots", "exercises_of_control"), "book_exercises.unknown"
+    ("exercises_of_mechanisms", "exercises_of_motions", "exercises_of_robots", "exercises_of_control"),
+    "book_exercises.unknown",
 )
 
 

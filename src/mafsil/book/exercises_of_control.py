@@ -220,3 +220,146 @@ def overshoot(draw: Draw) -> Task:
                   whole_period=2 * w),
         ],
     )  # fmt: skip
+
+
+@asks("9.1.2 energy")
+def energy(draw: Draw) -> Task:
+    """Kinetic energy from a mass matrix and rates."""
+    a, b, c = draw.number(2, 6, 0.5), draw.number(0.2, 1), draw.number(1, 3, 0.5)
+    qd = draw.numbers(2, -2, 2, 0.5)
+    M = np.array([[a, b], [b, c]])
+    K = float(qd @ M @ qd) / 2
+    own = float(np.diag(M) @ qd**2) / 2
+    return Task(
+        {"M": M, "qd": qd, "own": own, "cross": K - own, "p": M @ qd},
+        [
+            ask("kinetic", K, "J", not_halved=2 * K, cross_left_out=own, cross_once=own + (K - own) / 2),
+            ask("momentum", M @ qd, cross_left_out=np.diag(M) * qd),
+        ],
+    )
+
+
+@asks("9.2 shifted inertia")
+def shifted_inertia(draw: Draw) -> Task:
+    """Inertia of a rod about its centre and about an axis away from it."""
+    m, length, r = draw.number(0.5, 5, 0.5), draw.number(0.4, 2), draw.number(0.2, 1.2)
+    centre = m * length**2 / 12
+    return Task(
+        {"m": m, "length": length, "r": r, "shift": m * r**2, "inertia": centre + m * r**2},
+        [
+            ask("centre_inertia", centre, about_end=m * length**2 / 3, mass_left_out=length**2 / 12),
+            ask("inertia", centre + m * r**2, shift_left_out=centre, shift_not_squared=centre + m * r,
+                shift_subtracted=centre - m * r**2),
+        ],
+    )  # fmt: skip
+
+
+def _joint(draw: Draw) -> tuple[float, float, float, float, int]:
+    """Inertia, moment m r, viscous friction of one joint, and an angle in degrees."""
+    return draw.number(0.2, 2), draw.number(0.5, 3), draw.number(0.1, 0.5), draw.number(-2, 2, 0.5), draw.degrees()
+
+
+@asks("9.5 acceleration")
+def acceleration(draw: Draw) -> Task:
+    """Acceleration of one joint from its torque."""
+    M, moment, b, qd, theta = _joint(draw)
+    tau = draw.number(-20, 20, 1.0)
+    g, friction = moment * G * np.cos(np.radians(theta)), b * qd
+    value = (tau - g - friction) / M
+    return Task(
+        {"M": M, "moment": moment, "b": b, "qd": qd, "theta": theta, "tau": tau, "g": g, "friction": friction},
+        [ask("acceleration", value, no_gravity=(tau - friction) / M, gravity_sign=(tau + g - friction) / M,
+               no_velocity_terms=(tau - g) / M, inertia_times=(tau - g - friction) * M,
+               sine_cosine=(tau - moment * G * np.sin(np.radians(theta)) - friction) / M)],
+    )  # fmt: skip
+
+
+@asks("10.2.1.2 feedforward")
+def feedforward(draw: Draw) -> Task:
+    """Torque of the model along a reference."""
+    M, moment, b, qd, theta = _joint(draw)
+    qdd = draw.number(-5, 5, 0.5)
+    g, friction = moment * G * np.cos(np.radians(theta)), b * qd
+    tau = M * qdd + friction + g
+    return Task(
+        {"M": M, "moment": moment, "b": b, "qd": qd, "qdd": qdd, "theta": theta, "g": g, "friction": friction},
+        [ask("feedforward", tau, "N m", no_gravity=tau - g, gravity_sign=tau - 2 * g, no_velocity_terms=tau - friction,
+               inertia_left_out=qdd + friction + g)],
+    )  # fmt: skip
+
+
+@asks("10.2.1.3 computed torque")
+def computed_torque(draw: Draw) -> Task:
+    """Torque of the computed-torque law for one joint."""
+    M, moment, b, qd, theta = _joint(draw)
+    kp, kd, e, ed = draw.number(4, 25, 1.0), draw.number(2, 10, 1.0), draw.number(-0.5, 0.5), draw.number(-1, 1, 0.2)
+    g, wanted = moment * G * np.cos(np.radians(theta)), kp * e + kd * ed
+    tau = M * wanted + b * qd + g
+    return Task(
+        {"M": M, "moment": moment, "b": b, "qd": qd, "theta": theta, "kp": kp, "kd": kd, "e": e, "ed": ed, "a": wanted,
+         "g": g, "friction": b * qd},
+        [ask("law_torque", tau, "N m", inertia_left_out=wanted + b * qd + g, no_gravity=tau - g, gravity_sign=tau - 2
+               * g, damping_left_out=tau - M * kd * ed)],
+    )  # fmt: skip
+
+
+@asks("10.2.1.4 friction")
+def friction_torque(draw: Draw) -> Task:
+    """Friction at a velocity, and whether a torque starts the joint."""
+    dry, static, b, rate = draw.number(0.5, 2), draw.number(2.2, 4), draw.number(0.1, 0.8), draw.number(-3, 3, 0.5)
+    torque = draw.number(0.5, 5)
+    value = dry * np.sign(rate) + b * rate
+    return Task(
+        {"dry": dry, "static": static, "b": b, "rate": rate, "torque": torque, "viscous": b * rate},
+        [
+            ask("friction", value, "N m", sign_left_out=dry + b * abs(rate) if rate < 0 else value + 2 * dry,
+                no_velocity_terms=dry * np.sign(rate), static_for_kinetic=static * np.sign(rate) + b * rate),
+            ask("starts", bool(torque > static)),
+        ],
+    )  # fmt: skip
+
+
+@asks("10.5 impedance")
+def impedance(draw: Draw) -> Task:
+    """The force of a mass, spring and damper, and its critical damping."""
+    m, b, k = draw.number(1, 5, 0.5), draw.number(2, 20, 1.0), draw.number(50, 400, 10.0)
+    x, v, a = draw.number(-0.1, 0.1, 0.01), draw.number(-0.5, 0.5), draw.number(-2, 2, 0.5)
+    force, damping = m * a + b * v + k * x, 2 * sqrt(k * m)
+    return Task(
+        {"m": m, "b": b, "k": k, "x": x, "v": v, "a": a, "inertial": m * a, "damper": b * v, "spring": k * x},
+        [
+            ask("impedance_force", force, "N", inertia_left_out=force - m * a, damping_left_out=force - b * v),
+            ask("critical_damping", damping, "N s/m", root_left_out=2 * k * m, not_doubled=damping / 2),
+        ],
+    )
+
+
+@asks("10.2.1.1 stability")
+def stability(draw: Draw) -> Task:
+    """The bound of Ki of a PID loop, and whether a gain is below it."""
+    M, b, kp, kd = draw.number(0.2, 2), draw.number(0.1, 1), draw.number(2, 20, 1.0), draw.number(1, 8, 0.5)
+    bound = float(ki_limit(M, b + kd, kp, 0.0, 0.0))
+    ki = round(float(bound * draw.choice((0.4, 0.7, 1.3, 1.8))), 2)
+    return Task(
+        {"M": M, "b": b, "kp": kp, "kd": kd, "ki": ki, "damping": b + kd},
+        [
+            ask("ki", bound, damping_without_friction=kd * kp / M, no_inertia=(b + kd) * kp,
+                inertia_times=(b + kd) * kp * M),
+            ask("stable", bool(ki < bound)),
+        ],
+    )  # fmt: skip
+
+
+@asks("11.1 quintic")
+def quintic(draw: Draw) -> Task:
+    """A quintic from rest to rest: greatest velocity, and the velocity at a quarter of the time."""
+    d, T = draw.degrees(20, 150), draw.number(1, 5, 0.5)
+    s = 0.25
+    quarter = d / T * (30 * s**2 - 60 * s**3 + 30 * s**4)
+    return Task(
+        {"d": d, "T": T, "mean": d / T, "quarter": quarter},
+        [
+            ask("peak_velocity", 15 * d / (8 * T), "°/s", cubic_peak=1.5 * d / T, mean_velocity=d / T),
+            ask("quarter_velocity", quarter, "°/s", cubic_peak=d / T * 6 * s * (1 - s), mean_velocity=d / T),
+        ],
+    )

@@ -1,9 +1,8 @@
-"""Families of exercises for chapters 2 to 4: mobility, grasps, rotations, rigid motions, screws, wrenches."""
+"""Families of exercises for chapter 4: rotations, rigid motions, screws, wrenches."""
 
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import numpy as np
 
@@ -11,105 +10,18 @@ from mafsil.arrays import Floats
 from mafsil.book.exercise import Draw, Task, asks
 from mafsil.book.judging import ask
 from mafsil.geometry import Pose, Rotation, ScrewAxis, Twist, Wrench, planar
-from mafsil.grasp import Contact, Grasp, two_fingers
-from mafsil.mobility import gruebler_count
 
-LEGS = {
-    "UPS": (2, 1, 3), "SPS": (3, 1, 3), "UPU": (2, 1, 2), "RUS": (1, 2, 3), "PUS": (1, 2, 3), "RPS": (1, 1, 3),
-    "PRS": (1, 1, 3),
-}  # fmt: skip
-"""Freedoms of the three joints of a leg by its kind."""
 AXES = ((1, 2, 2), (2, -1, 2), (-2, 2, 1), (2, 3, 6), (6, -2, 3), (1, -4, 8))
 """Vectors of whole length."""
-
-
-@asks("2.2.1 linkage")
-def linkage(draw: Draw) -> Task | None:
-    """Mobility of a planar linkage."""
-    links, slots, mobility = draw.whole(4, 5 + 2 * draw.level), draw.whole(0, 2 * draw.level - 2), draw.whole(1, 3)
-    pins, odd = divmod(3 * (links - 1) - slots - mobility, 2)
-    if odd or pins + slots < links - 1:
-        return None
-    sliders = draw.whole(0, min(pins, 2))
-    freedoms = [1] * pins + [2] * slots
-    M = int(gruebler_count(links, freedoms, "planar").mobility)
-    joints = pins + slots
-    inner = links - 1 - joints
-    mistakes: dict[str, Any] = ({"two_as_one": M - slots} if slots else {}) | (
-        {"spatial_rule": M + 3 * inner} if inner < -1 else {}
-    )
-    return Task(
-        {"links": links, "pins": pins - sliders, "sliders": sliders, "slots": slots, "joints": joints,
-         "total": sum(freedoms), "inner": inner, "M": M},
-        [
-            ask("mobility", M, ground_moves=M + 3, ground_left_out=M - 3, **mistakes),
-            ask("loops", -inner, ground_left_out=1 - inner, loops_no_one=-inner - 1),
-        ],
-    )  # fmt: skip
-
-
-@asks("2.2.1 platform")
-def platform(draw: Draw) -> Task:
-    """Mobility of a platform on equal legs, and its idle freedoms."""
-    legs, kind = draw.choice((3, 6) if draw.level == 1 else (3, 4, 5, 6)), draw.choice(sorted(LEGS))
-    freedoms, links = LEGS[kind], 2 + 2 * legs
-    M = int(gruebler_count(links, list(freedoms) * legs, "spatial").mobility)
-    idle = legs if kind == "SPS" else 0
-    mistakes: dict[str, Any] = {} if legs == 3 else {"planar_rule": M - 3 * (1 - legs)}
-    return Task(
-        {"legs": legs, "kind": kind, "links": links, "joints": 3 * legs, "total": legs * sum(freedoms), "M": M,
-         "idle": idle, "each": sum(freedoms)},
-        [
-            ask("mobility", M, ground_moves=M + 6, ground_left_out=M - 6, **mistakes),
-            ask("idle", idle),
-        ],
-    )  # fmt: skip
-
-
-@asks("3.2.2 four contacts")
-def four_contacts(draw: Draw) -> Task:
-    """A rectangle between four frictionless pins: one wrench, and force closure."""
-    w, h = draw.number(0.4, 1.2), draw.number(0.3, 0.9)
-    x, y = draw.numbers(2, 0.1, w - 0.1, 0.05), draw.numbers(2, 0.1, h - 0.1, 0.05)
-    points = np.array([[x[0], 0.0], [w, y[0]], [x[1], h], [0.0, y[1]]])
-    normals = np.array([[0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, 0.0]])
-    grasp = Grasp([Contact(p, n) for p, n in zip(points, normals, strict=True)])
-    wrenches, k = np.asarray(grasp.matrix()).T, draw.whole(0, 3)
-    (m, fx, fy), (px, py), (nx, ny) = wrenches[k], points[k], normals[k]
-    return Task(
-        {"w": w, "h": h, **{f"p{i + 1}": point for i, point in enumerate(points)}, "k": k + 1, "n": normals[k],
-         "moments": wrenches[:, 0], "F": wrenches[k]},
-        [
-            ask("contact_wrench", wrenches[k], cross_order=[-m, fx, fy], outward=[-m, -fx, -fy],
-                  dot_for_cross=[px * nx + py * ny, fx, fy], moment_last=[fx, fy, m]),
-            ask("closure", bool(grasp.closure())),
-        ],
-    )  # fmt: skip
-
-
-@asks("3.3.3 two fingers")
-def two_contacts(draw: Draw) -> Task:
-    """Two fingers with friction: friction angle and Nguyen's test."""
-    mu, width, shift = draw.number(0.3, 1.0, 0.05), draw.number(0.4, 1.0), draw.number(-0.5, 0.5, 0.05)
-    tilt = 0 if draw.level == 1 else draw.whole(-6, 6) * 5
-    normal = np.array([-np.cos(np.radians(tilt)), -np.sin(np.radians(tilt))])
-    verdict = two_fingers(Contact([0.0, 0.0], [1.0, 0.0], mu), Contact([width, shift], normal, mu))
-    line = np.degrees(np.arctan2(shift, width))
-    beta = float(np.arctan(mu))
-    return Task(
-        {"mu": mu, "width": width, "shift": shift, "tilt": tilt, "line": line, "off": line - tilt,
-         "beta": np.degrees(beta)},
-        [
-            ask("friction_angle", beta, "rad", sine_for_tangent=np.arcsin(min(mu, 1.0)), mu_as_angle=mu,
-                  cone_width=2 * beta),
-            ask("closure", bool(verdict)),
-        ],
-    )  # fmt: skip
 
 
 def _longer_way(r: Floats) -> Floats:
     """The same rotation the longer way round."""
     return r - 2 * pi * r / np.linalg.norm(r)
+
+
+def _about_axis(axis: str, angle: float) -> Floats:
+    return np.asarray(Rotation.exp(angle * np.eye(3)["XYZ".index(axis)]))
 
 
 def _about(order: str, angles: Floats) -> Floats:
@@ -280,3 +192,104 @@ def wrench(draw: Draw) -> Task:
                   only_shifted=[*np.cross(r - p, f), *f]),
         ],
     )  # fmt: skip
+
+
+@asks("4.2.2 product")
+def product(draw: Draw) -> Task:
+    """Two rotations about different axes of the moving frame."""
+    axes, angles = draw.choice(("XY", "YX", "XZ", "ZX", "YZ", "ZY")), np.array([draw.degrees(), draw.degrees()])
+    R_ab, R_bc = (_about_axis(axis, turn) for axis, turn in zip(axes, np.radians(angles), strict=True))
+    raw = _about_axis(axes[0], angles[0]) @ _about_axis(axes[1], angles[1])
+    facts = {"first": axes[0].lower(), "second": axes[1].lower(), "t1": angles[0], "t2": angles[1]}
+    return Task(
+        facts | {"R_ab": R_ab, "R_bc": R_bc, "R": R_ab @ R_bc},
+        [ask("R", R_ab @ R_bc, order=R_bc @ R_ab, transposed=(R_ab @ R_bc).T, degrees=raw)],
+    )
+
+
+@asks("4.2.4 fixed axes")
+def fixed_axes(draw: Draw) -> Task:
+    """Roll, pitch and yaw as a matrix."""
+    angles = np.array([draw.degrees(20, 150), draw.degrees(20, 75), draw.degrees(20, 150)])
+    R = np.asarray(Rotation.from_rpy(np.radians(angles)))
+    return Task(
+        {"roll": angles[0], "pitch": angles[1], "yaw": angles[2], "R": R,
+         "Rx": _about_axis("X", np.radians(angles[0]))},
+        [ask("R", R, rotations_reversed=_about("XYZ", np.radians(angles)), angles_reversed=_about("ZYX",
+               np.radians(angles)), degrees=_about("ZYX", angles[::-1] % (2 * pi)))],
+    )  # fmt: skip
+
+
+@asks("4.2.6 quaternions")
+def quaternions(draw: Draw) -> Task:
+    """The quaternion of a rotation about an axis, and of another one after it about z."""
+    w, theta, turn = _direction(draw), draw.degrees(20, 150), draw.degrees(20, 150)
+    first, second = Rotation.exp(np.radians(theta) * w), Rotation.exp([0.0, 0.0, np.radians(turn)])
+    q, both, reverse = (np.asarray(R.quaternion()) for R in (first, first @ second, second @ first))
+    t = np.radians(theta)
+    return Task(
+        {"w": w, "theta": theta, "turn": turn, "c": np.cos(t / 2), "s": np.sin(t / 2), "q": q, "both": both},
+        [
+            ask("q", q, twin=np.negative, full_angle=[np.cos(t), *(np.sin(t) * w)], scalar_last=np.roll(q, -1)),
+            ask("q_product", both, twin=np.negative, order=reverse),
+        ],
+    )
+
+
+@asks("4.3.1 point")
+def point(draw: Draw) -> Task:
+    """A point known in one frame, in another."""
+    (T, theta, p), x = _pose(draw), draw.numbers(3, -2, 2, 0.5)
+    R = T[:3, :3]
+    return Task(
+        {"theta": theta, "p": p, "x": x, "turned": R @ x, "R": R},
+        [ask("p", R @ x + p, "m", not_turned=x + p, transposed=R.T @ x + p, origin_left_out=R @ x,
+               not_inverted=R.T @ (x - p))],
+    )  # fmt: skip
+
+
+@asks("4.3.3.2 pitch")
+def pitch(draw: Draw) -> Task:
+    """Pitch and a point of the axis of a pose turned about z."""
+    theta, p = draw.degrees(20, 150), draw.numbers(3, -1.5, 1.5)
+    t = np.radians(theta)
+    q = planar_pole(t, p[:2])
+    return Task(
+        {"theta": theta, "p": p, "t": t, "q": q, "h": p[2] / t},
+        [
+            ask("pitch", p[2] / t, degrees=p[2] / theta, turns_a_second=p[2] / t * 2 * pi),
+            ask("axis_point", q, "m", rotation_reversed=planar_pole(-t, p[:2]), middle=p[:2] / 2),
+        ],
+    )
+
+
+def planar_pole(angle: float, p: Floats) -> Floats:
+    """The point that a rotation and a displacement of the plane leave where it is."""
+    R = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return np.asarray(np.linalg.solve(np.eye(2) - R, p), np.float64)
+
+
+@asks("4.3.3.3 change of frame")
+def change_of_frame(draw: Draw) -> Task:
+    """A joint screw seen from another frame."""
+    (T, theta, p), q = _pose(draw), draw.numbers(3, -1, 1)
+    w = np.eye(3)[draw.whole(0, 2)]
+    S_b, R = np.concatenate([w, -np.cross(w, q)]), T[:3, :3]
+    S_a = np.asarray(Pose(T).adjoint()) @ S_b
+    back = np.asarray(Pose(T).inverse().adjoint()) @ S_b
+    return Task(
+        {"theta": theta, "p": p, "S_b": S_b, "w_a": R @ w, "shift": np.cross(p, R @ w), "S_a": S_a},
+        [ask("S_a", S_a, not_inverted=back, only_turned=[*(R @ w), *(R @ S_b[3:])], cross_order=[*(R @ w),
+               *(R @ S_b[3:] - np.cross(p, R @ w))])],
+    )  # fmt: skip
+
+
+@asks("4.4.1 body rate")
+def body_rate(draw: Draw) -> Task:
+    """An angular velocity in the moving frame."""
+    axis, theta, w = draw.choice("XYZ"), draw.degrees(), draw.numbers(3, -2, 2, 0.5)
+    R = _about_axis(axis, np.radians(theta))
+    return Task(
+        {"axis": axis.lower(), "theta": theta, "w": w, "R": R, "Rt": R.T},
+        [ask("omega_b", R.T @ w, transposed=R @ w, not_turned=w)],
+    )

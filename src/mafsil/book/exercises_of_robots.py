@@ -324,3 +324,77 @@ def _meeting(a: Floats, b: Floats, r: float, s: float) -> Floats:
     e = (b - a) / d
     h = np.sqrt(max(r * r - x * x, 0.0)) * np.array([-e[1], e[0]])
     return np.array([a + x * e + h, a + x * e - h])
+
+
+@asks("5.2.2 joint screw")
+def joint_screw(draw: Draw) -> Task:
+    """The screw of a revolute joint at zero, and of a prismatic one."""
+    w, q = np.eye(3)[draw.whole(0, 2)] * draw.choice((1, -1)), draw.numbers(3, -1, 1)
+    along, v = np.eye(3)[draw.whole(0, 2)], -np.cross(w, q)
+    return Task(
+        {"w": w, "q": q, "along": along, "cross": np.cross(w, q), "v": v},
+        [
+            ask("S", [*w, *v], cross_order=[*w, *-v], point_as_moment=[*w, *q]),
+            ask("S_along", [0.0, 0.0, 0.0, *along]),
+        ],
+    )
+
+
+@asks("6.1.2 body twist")
+def body_twist(draw: Draw) -> Task:
+    """The twist of the tip of a planar 2R arm in the frame of the tip: (omega, v_x, v_y)."""
+    lengths, angles, rates = _links(draw, 2), np.array([draw.degrees(), draw.degrees()]), draw.numbers(2, -2, 2, 0.5)
+    robot, q = _arm(*lengths), np.radians(angles)
+    V_b, V_s = (J[2:5] @ rates for J in (robot.jacobian_body(q), robot.jacobian_space(q)))
+    still, short = [V_b[0], *(_point_jacobian(robot, q) @ rates)], V_b - [0, 0, lengths[1] * V_b[0]]
+    return Task(
+        {"L1": lengths[0], "L2": lengths[1], "t1": angles[0], "t2": angles[1], "rates": rates, "w": V_b[0],
+         "vx": lengths[0] * np.sin(q[1]) * rates[0], "vy": V_b[2]},
+        [ask("planar_V_b", V_b, space_form=V_s, not_turned=still, last_link_left_out=short)],
+    )  # fmt: skip
+
+
+@asks("7.1.3 polar arm")
+def polar_arm(draw: Draw) -> Task:
+    """Heading, elevation and stroke of an arm with a prismatic joint in the place of the elbow."""
+    p, h, a = draw.numbers(3, -1.5, 1.5), draw.number(0.3, 0.9), draw.number(0.1, 0.4)
+    r, s, heading = np.hypot(p[0], p[1]), p[2] - h, np.arctan2(p[1], p[0])
+    return Task(
+        {"p": p, "h": h, "a": a, "r": r, "s": s, "theta_1": heading},
+        [
+            ask("heading", heading, "rad", quotient_inverted=np.arctan2(p[0], p[1])),
+            ask("elevation", np.arctan2(s, r), "rad", height_left_out=np.arctan2(p[2], r)),
+            ask("stroke", np.hypot(r, s) - a, "m", arm_not_subtracted=np.hypot(r, s), height_left_out=np.hypot(r, p[2])
+                  - a),
+        ],
+    )  # fmt: skip
+
+
+@asks("7.3 weighted rates")
+def weighted_rates(draw: Draw) -> Task:
+    """The cheapest rates of three joints for one component of the velocity."""
+    J, weights, v = draw.numbers(3, -1, 1), draw.numbers(3, 1, 5, 1.0), draw.number(-2, 2, 0.5)
+
+    def rates(W: Floats) -> Floats:
+        return W * J * v / (W * J @ J)
+
+    return Task(
+        {"J": J, "weights": weights, "v": v, "scale": J / weights @ J, "rates": rates(1 / weights)},
+        [ask("rates", rates(1 / weights), weight_times=rates(weights), weight_left_out=rates(np.ones(3)))],
+    )
+
+
+@asks("8.2.1 two legs")
+def two_legs(draw: Draw) -> Task | None:
+    """Forces of two legs that carry a load at the point where they meet."""
+    left, right = np.radians(np.abs([draw.degrees(20, 70), draw.degrees(20, 70)]))
+    load = np.array([draw.number(-50, 50, 10.0), -draw.number(50, 200, 10.0)])
+    if left == right:
+        return None
+    U = np.array([[np.cos(left), -np.cos(right)], [np.sin(left), np.sin(right)]])
+    f = np.linalg.solve(U, -load)
+    return Task(
+        {"left": round(np.degrees(left)), "right": round(np.degrees(right)), "load": load, "U": U, "f": f},
+        [ask("leg_forces", f, "N", negated=-f, sine_cosine=np.linalg.solve(U[::-1] * [[1, 1], [1, -1]], -load),
+               transposed=np.linalg.solve(U.T, -load), no_solve=U.T @ -load)],
+    )  # fmt: skip

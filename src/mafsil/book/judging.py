@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import pi
+from math import isfinite, pi
 from typing import Any, cast
 
 import numpy as np
@@ -20,16 +20,15 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.messages import LANGUAGES, say
+from mafsil.typed_number import UNITS, read_number, western
 
 NEAR = 5e-3
 """Relative to the largest entry; of angles [rad]: three digits are enough."""
 FACTORS = {
-    "rad": {"rad": 1.0, "deg": pi / 180, "°": pi / 180},
-    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001},
+    kind: {unit: UNITS[unit] for unit in units}
+    for kind, units in (("rad", ("rad", "deg", "°")), ("m", ("m", "cm", "mm")))
 }
 """Units that an answer may have, and their factor, by the unit that is asked."""
-_DIGITS = str.maketrans("٠١٢٣٤٥٦٧٨٩٫−،؛", "0123456789.-,;")
-_NUMBER = re.compile(r"([+-]?)(\d+\.?\d*(?:e[+-]?\d+)?|\.\d+)?\*?(pi|π)?(?:/(\d+\.?\d*))?(°|[a-z]+)?", re.I)
 _LOOSE_UNIT = re.compile(r"(?<=[\di])\s+(?=(?:deg|rad|°|mm|cm|m)\b|°)|\s*([*/])\s*")
 
 
@@ -274,7 +273,7 @@ def numbers_of(part: Asked, given: Any) -> Floats:
         truth = part.is_choice and isinstance(given, (bool, np.bool_))
         flat = np.concatenate([np.ravel(float(row) if truth else row) for row in rows]) if rows else np.zeros(0)
         return require_finite(part.name, real_array(part.name, flat))
-    text = given.translate(_DIGITS).strip().lower()
+    text = western(given).strip().lower()
     if part.unit not in FACTORS:
         text = text.replace(part.unit.lower(), " ") if part.unit else text
     if part.is_choice and text in words_of_choice():
@@ -290,16 +289,12 @@ def words_of_choice() -> Mapping[str, float]:
 
 
 def _number(part: Asked, word: str) -> float:
-    match, factors = _NUMBER.fullmatch(word), FACTORS.get(part.unit, dict[str, float]())
+    typed, factors = read_number(word), FACTORS.get(part.unit, dict[str, float]())
     if part.turns.any():
         factors = factors | FACTORS["rad"]
-    sign, digits, turn, divisor, unit = match.groups() if match else ("", "", "", "", "?")
-    if (not digits and not turn) or (unit and unit not in factors) or (divisor and not float(divisor)):
+    if typed is None or (typed.unit and typed.unit not in factors) or not isfinite(typed.value):
         raise InputError("book_exercises.unread", part=say(f"book_exercises.ask_{part.name}"), text=word[:80])
-    size = float(digits or 1) * (pi if turn else 1.0) / float(divisor or 1) * (factors[unit] if unit else 1.0)
-    if size == np.inf:
-        raise InputError("book_exercises.unread", part=say(f"book_exercises.ask_{part.name}"), text=word[:80])
-    return -size if sign == "-" else size
+    return typed.value * factors.get(typed.unit, 1.0)
 
 
 def assess(parts: Sequence[Asked], given: Any) -> Assessment:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from functools import cache
 
 from mafsil.book.edition import sections
+from mafsil.book.errata import errata
 from mafsil.book.example import examples
 from mafsil.book.exercise import exercises
 from mafsil.book.figure import figures
@@ -16,7 +17,7 @@ from mafsil.messages.catalogue import template
 
 _KINDS = {
     "section": ("book_pages", sections), "figure": ("book_figures", figures), "example": ("book_examples", examples),
-    "remark": ("book_remarks", remarks), "exercise": ("book_exercises", exercises),
+    "remark": ("book_remarks", remarks), "exercise": ("book_exercises", exercises), "erratum": ("book_errata", errata),
 }  # fmt: skip
 _PARTS = ("caption", "erratum", "text", "hint1", "hint2")
 _MARKS = re.compile("[\u0610-\u061a\u064b-\u0652\u0670\u0640]")
@@ -26,7 +27,7 @@ _ARTICLE = re.compile(f"^{_PREFIX}(?=[\u0600-\u06ff]{{3}})")
 
 
 def find(words: str, /) -> list[tuple[str, str, str]]:
-    """Sections, figures, examples, remarks and exercises of the book that have all the words.
+    """Sections, figures, examples, remarks, exercises and errata of the book that have all the words.
 
     Args:
         words: in Arabic or English; beginnings of words are enough.

@@ -26,6 +26,7 @@ from mafsil.messages import LANGUAGES, direction, keys, language, say
 from mafsil.scene import one_script
 from mafsil.scene.inline import embed_json, policy
 from mafsil.scene.modules import read
+from mafsil.typed_number import eastern
 from mafsil.whole_file import write_whole
 
 _BUTTONS = ("check", "hint", "save_marks", "print", "other_language")
@@ -44,12 +45,14 @@ class Sheet:
         seed: from which it was drawn, together with the student's name.
         student: name, or "".
         is_exam: whether it is without hints, solutions and the forms that judge; then `collect_marks` judges.
+        eastern_digits: whether its Arabic sentences have Arabic-Indic digits; formulas keep theirs.
     """
 
     exercises: tuple[Exercise, ...]
     seed: int
     student: str
     is_exam: bool
+    eastern_digits: bool = False
 
     def save(self, path: str | PathLike[str], *, answers: bool = False) -> None:
         """Write it as one HTML file that asks the network for nothing.
@@ -79,7 +82,7 @@ class Sheet:
             if answers
             else '<span id="points" class="chip" dir="ltr"></span>' + _buttons("save_marks", "print", "other_language")
         )
-        return (
+        page = (
             f'<!doctype html>\n<html lang="{code}" dir="{direction(code)}">\n<head>\n<meta charset="utf-8">\n'
             f'<meta http-equiv="Content-Security-Policy" content="{policy(style, script)}">\n'
             '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -89,6 +92,7 @@ class Sheet:
             f"{'' if answers else _paragraph('sheet_hint', 'soft')}\n{body}\n</main>\n{data}\n"
             f"{f'<script>{script}</script>' if script else ''}\n</body>\n</html>\n"
         )
+        return _with_eastern_digits(page) if self.eastern_digits else page
 
     def _title(self, code: str, *, answers: bool) -> str:
         key = f"{AREA}.{'sheet_answers' if answers else 'sheet_title'}"
@@ -148,7 +152,14 @@ class Sheet:
 
 
 def sheet(
-    section: str = "", *, seed: int = 0, level: int = 1, count: int = 10, student: str = "", exam: bool = False
+    section: str = "",
+    *,
+    seed: int = 0,
+    level: int = 1,
+    count: int = 10,
+    student: str = "",
+    exam: bool = False,
+    eastern_digits: bool = False,
 ) -> Sheet:
     """A sheet of exercises with its own numbers for each seed and student.
 
@@ -159,6 +170,7 @@ def sheet(
         count: number of exercises, up to 100.
         student: whose it is.
         exam: without hints, solutions and judgement in the page.
+        eastern_digits: Arabic-Indic digits in its Arabic sentences.
 
     Raises:
         InputError: a section without exercises, no such level.
@@ -172,7 +184,7 @@ def sheet(
     order = [families[int(k)] for turn in rounds for k in turn][:count]
     order.sort(key=exercises().index)
     drawn = tuple(exercise(number, seed=int(own.integers(10**6)), level=level) for number in order)
-    return Sheet(drawn, seed, student, exam)
+    return Sheet(drawn, seed, student, exam, eastern_digits)
 
 
 def read_students(path: str | PathLike[str]) -> list[str]:
@@ -264,6 +276,21 @@ def _both(texts: Mapping[str, str]) -> str:
         f'<span data-lang="{code}" lang="{code}" dir="{direction(code)}">{_formulas(text, code)}</span>'
         for code, text in texts.items()
     )
+
+
+def _with_eastern_digits(page: str) -> str:
+    """The texts of a page inside what is marked as Arabic, without its formulas."""
+    opened: list[bool] = []
+    pieces = re.split(r"(<[^>]+>)", page)
+    for k, piece in enumerate(pieces):
+        if not k % 2:
+            pieces[k] = eastern(piece) if opened and opened[-1] else piece
+        elif piece.startswith("</"):
+            opened = opened[:-1]
+        elif not re.match(r"<(!|meta|br|input|img|hr)", piece):
+            opened.append(not piece.startswith("<math") and ('lang="ar"' in piece or bool(opened and opened[-1])))
+            opened[-1] &= not piece.startswith(("<html", "<script", "<style"))
+    return "".join(pieces)
 
 
 def _formulas(text: str, code: str) -> str:

@@ -1,10 +1,11 @@
-"""`mafsil book`: figures, examples, remarks and exercises of the textbook by number, sheets of exercises, marks."""
+"""`mafsil book`: entries of the textbook by number, sheets of exercises, marks."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import mafsil.book as book_of
 from mafsil.book.sheet import marks_csv, read_students
@@ -17,11 +18,11 @@ from mafsil.whole_file import write_whole
 
 _OPEN = {
     "section": book_of.section, "figure": book_of.figure, "example": book_of.example, "remark": book_of.remark,
-    "exercise": book_of.exercise,
+    "exercise": book_of.exercise, "erratum": book_of.erratum,
 }  # fmt: skip
 _LISTS = {
     "section": book_of.sections, "figure": book_of.figures, "example": book_of.examples, "remark": book_of.remarks,
-    "exercise": book_of.exercises,
+    "exercise": book_of.exercises, "erratum": book_of.errata,
 }  # fmt: skip
 
 KINDS = (*_OPEN, "sheet", "marks", "find")
@@ -38,6 +39,7 @@ def book(
     solution: bool = False,
     students: str | None = None,
     exam: bool = False,
+    eastern_digits: bool = False,
     files: list[str] | None = None,
     out: str | None = None,
 ) -> Answer:
@@ -52,6 +54,7 @@ def book(
         solution: with hints and solution of an exercise.
         students: CSV file with the names of those who get a sheet each.
         exam: sheets that do not judge themselves.
+        eastern_digits: Arabic-Indic digits in the Arabic sentences of sheets.
         files: answers that students saved.
         out: folder of sheets, or file of marks.
 
@@ -66,8 +69,9 @@ def book(
     if picture is not None and (what != "figure" or number is None):
         raise InputError("cli.book_no_figure")
     drawn_from, difficulty = count("seed", seed or "0"), count("level", level or "1")
+    options: dict[str, Any] = {"level": difficulty, "exam": exam, "eastern_digits": eastern_digits}
     collections: dict[str, Callable[[], Answer]] = {
-        "sheet": lambda: _sheets(number or "", drawn_from, difficulty, students, Path(out or "."), exam=exam),
+        "sheet": lambda: _sheets(number or "", students, Path(out or "."), seed=drawn_from, **options),
         "marks": lambda: _marks(files or [], out),
         "find": lambda: _find(number or ""),
     }
@@ -126,12 +130,12 @@ def _exercise(number: str, seed: int, level: int, answers: Sequence[str], *, sol
     return Answer(data | verdict.to_dict(), (*lines, Toned(head, "good" if verdict else "bad"), *rest), wrong)
 
 
-def _sheets(section: str, seed: int, level: int, students: str | None, folder: Path, *, exam: bool) -> Answer:
+def _sheets(section: str, students: str | None, folder: Path, *, seed: int, **options: Any) -> Answer:
     """A sheet and its answers for each student."""
     folder.mkdir(parents=True, exist_ok=True)
     written: list[str] = []
     for student in read_students(students) if students else [""]:
-        sheet = book_of.sheet(section, seed=seed, level=level, student=student, exam=exam)
+        sheet = book_of.sheet(section, seed=seed, student=student, **options)
         name = re.sub(r"[^\w -]+", "_", student) or f"sheet-{seed}"
         for ending, answers in ((".html", False), (".answers.html", True)):
             path = folder / f"{name}{ending}"

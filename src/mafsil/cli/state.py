@@ -5,7 +5,6 @@ Those of a robot with loops are numbers of its closed chain, or refused.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from math import pi
 from typing import TYPE_CHECKING
@@ -20,22 +19,13 @@ from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
+from mafsil.typed_number import UNITS, read_number
 
 if TYPE_CHECKING:
     import mafsil.parallel as parallel
     from mafsil.parallel import ClosedChain
 else:
     parallel = lazily("mafsil.parallel")
-
-
-UNITS = {"": 1.0, "rad": 1.0, "deg": pi / 180, "°": pi / 180, "m": 1.0, "cm": 0.01, "mm": 0.001, "s": 1.0, "ms": 0.001}
-"""Factor to SI of each unit that may follow a number."""
-_NUMBER = re.compile(
-    r"""^\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?inf|[+-]?nan)  # the number
-    \s*\*?\s*(pi)?(?:\s*/\s*(\d+))?\s*([a-z°]*)\s*$                          # times pi, divided, unit""",
-    re.ASCII | re.IGNORECASE | re.VERBOSE,
-)
-_PI = re.compile(r"^\s*([+-]?)\s*pi", re.I)
 
 
 def joint_values(name: str, words: list[str], mechanism: Mechanism, *, degrees: bool) -> Floats:
@@ -192,13 +182,12 @@ def count(name: str, text: str) -> int:
 
 
 def _read(name: str, text: str) -> tuple[float, bool]:
-    match = _NUMBER.match(_PI.sub(r"\g<1>1pi", text))
-    if match is None:
+    typed = read_number(text)
+    if typed is None:
         raise InputError("cli.no_number", name=name, text=visible(text))
-    value, times_pi, divisor, unit = match.groups()
-    if unit not in UNITS or (divisor is not None and float(divisor) == 0.0):
+    if typed.unit not in UNITS:
         raise InputError("cli.no_unit", name=name, text=visible(text), known=", ".join(u for u in UNITS if u))
-    return float(value) * (pi if times_pi else 1.0) / float(divisor or 1) * UNITS[unit], bool(unit or times_pi)
+    return typed.value * UNITS[typed.unit], bool(typed.unit) or typed.is_angle
 
 
 def typed_value(words: str) -> bool | float | str:
