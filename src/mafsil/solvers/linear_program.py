@@ -6,13 +6,19 @@ Every answer of a linear program comes with its multipliers, every refusal with 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import MafsilError
 from mafsil.floating_point import LEAST_DIVISOR
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import scipy.optimize as optimize
+else:
+    optimize = lazily("scipy.optimize")
 
 ROUNDED = 1e-12
 """Of unit rows: what is that near to equality binds, and rows that are that near to each other depend on each other."""
@@ -80,10 +86,8 @@ def minimise(
     Raises:
         MafsilError: unbounded, or HiGHS gave up.
     """
-    import scipy.optimize
-
     bounds = [(0.0, None)] * (len(c) - free) + [(None, None)] * free
-    solve: Any = scipy.optimize.linprog  # its result carries no types
+    solve: Any = optimize.linprog  # its result carries no types
     found: Any = solve(c, A_ub=G, b_ub=h, A_eq=A, b_eq=b, bounds=bounds, method="highs")
     if found.status == 2:
         return None
@@ -134,9 +138,7 @@ def bounded_least_squares(A: Floats, b: Floats, lower: Floats, upper: Floats) ->
     """
     # The search asks for room between the bounds.
     above = np.where(upper > lower, upper, lower + 1e-12 * max(float(np.abs(lower).max(initial=0.0)), 1.0))
-    import scipy.optimize
-
-    solve: Any = scipy.optimize.lsq_linear  # carries no types
+    solve: Any = optimize.lsq_linear  # carries no types
     found = np.asarray(solve(A, b, (lower, above), method="bvls", tol=EXACT).x, dtype=np.float64)
     return np.clip(found, lower, upper)
 
@@ -173,5 +175,5 @@ def least_distance(H: Floats, need: Floats) -> tuple[Floats, Floats]:
 
 def _non_negative(A: Floats, b: Floats) -> Floats:
     """The least-squares solution of A x = b with x >= 0."""
-    solve: Any = scipy.optimize.nnls  # carries no types
+    solve: Any = optimize.nnls  # carries no types
     return np.asarray(solve(A, b)[0], dtype=np.float64)
