@@ -126,7 +126,7 @@ def test_what_cannot_be_followed_counts_byte_by_byte(arms: Path, text: str) -> N
 
 def test_every_process_finds_the_same(arms: Path) -> None:
     """Whatever the order in which sets are printed, and whether the hash is computed or read."""
-    code = "from mafsil.kernels import sources; print(identity.meaning(('arms.builder',), ('arms',)))"
+    code = "from mafsil.kernels import identity; print(identity.meaning(('arms.builder',), ('arms',)))"
     seen = set()
     for seed in range(4):
         for cache in ("off", str(arms.parent / "shared")):

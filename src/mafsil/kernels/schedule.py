@@ -165,17 +165,7 @@ def segments(tape: Tape, length: int = LENGTH, blocks: Sequence[Block] = ()) -> 
     if len(pieces) > 2:
         pieces = list(_pieces(tape, min(length, SHORT)))
     # 2.
-    home = {i: k for k, piece in enumerate(pieces) for group in piece for i in group}
-    last: dict[int, int] = {}
-    for i, k in home.items():
-        for a in arguments(tape.nodes[i]):
-            if a in home:
-                last[a] = max(last.get(a, 0), k)
-    complete: dict[int, list[Block]] = {}
-    for block in blocks:
-        end = max((home[i] for i in block.nodes if i in home), default=0)
-        complete.setdefault(end, []).append(block)
-        last.update({i: max(last.get(i, 0), end) for i in block.nodes if i in home})
+    last, complete = _last_pieces(tape, pieces, blocks)
     # 3.
     known: dict[int, int] = {}
     free: list[int] = []
@@ -191,6 +181,24 @@ def segments(tape: Tape, length: int = LENGTH, blocks: Sequence[Block] = ()) -> 
         found.append(Segment(tuple(piece), kept, dict(known), tuple(complete.get(k, ()))))
         known |= kept
     return found, cells
+
+
+def _last_pieces(
+    tape: Tape, pieces: list[list[Group]], blocks: Sequence[Block]
+) -> tuple[dict[int, int], dict[int, list[Block]]]:
+    """The last piece that needs each value, and the blocks that each piece completes."""
+    home = {i: k for k, piece in enumerate(pieces) for group in piece for i in group}
+    last: dict[int, int] = {}
+    for i, k in home.items():
+        for a in arguments(tape.nodes[i]):
+            if a in home:
+                last[a] = max(last.get(a, 0), k)
+    complete: dict[int, list[Block]] = {}
+    for block in blocks:
+        end = max((home[i] for i in block.nodes if i in home), default=0)
+        complete.setdefault(end, []).append(block)
+        last.update({i: max(last.get(i, 0), end) for i in block.nodes if i in home})
+    return last, complete
 
 
 def _pieces(tape: Tape, length: int) -> Iterator[list[Group]]:

@@ -30,7 +30,7 @@ from mafsil.model.joint import JointKind
 from mafsil.model.loading import RobotLike, as_mechanism, of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import adjoint, frame_along, inverse, rotation_x, screw_motion, translation
-from mafsil.model.tolerances import PARALLEL, WRITTEN
+from mafsil.model.tolerances import PARALLEL, ROUNDED_TURN, WRITTEN
 
 
 class Relation(Enum):
@@ -208,7 +208,7 @@ def _row(T: PoseMatrix) -> DHRow:
 def _tidy(angle: float) -> float:
     quarter = np.pi / 2
     nearest = round(angle / quarter) * quarter
-    return float(nearest) if abs(angle - nearest) < 1e-14 else angle
+    return float(nearest) if abs(angle - nearest) < ROUNDED_TURN else angle
 
 
 def _letter(arm: Mechanism, index: int) -> Literal["R", "P"]:

@@ -25,7 +25,7 @@ from mafsil.model.limits import Actuator, Friction, Limits
 from mafsil.model.link import Inertial, Link, moved_inertial
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism, Provenance
 from mafsil.model.placement import adjoint, checked_pose, frame_along, inverse, skew
-from mafsil.model.tolerances import PRINTED
+from mafsil.model.tolerances import PRINTED, SHOWN_AS_ZERO
 
 _Part = TypeVar("_Part")
 
@@ -218,7 +218,7 @@ def _triple(x: Floats) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{0.0 if abs(value) < 1e-12 else value:8.4g}"
+    return f"{0.0 if abs(value) < SHOWN_AS_ZERO else value:8.4g}"
 
 
 class ArmParts(TypedDict, total=False):

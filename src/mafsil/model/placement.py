@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, as_batch, frozen
 from mafsil.errors import InputError, ModelError
 from mafsil.floating_point import EPS
 from mafsil.lazy_module import lazily
-from mafsil.model.tolerances import PRINTED_ROTATION
+from mafsil.model.tolerances import POLE, PRINTED_ROTATION
 
 if TYPE_CHECKING:
     import mafsil.geometry.membership as membership
@@ -220,7 +220,7 @@ def rpy_from_rotation(R: Floats) -> tuple[float, float, float]:
 
     Yaw is found first and turned back; what remains is a turn about y and one about x, well conditioned everywhere.
     """
-    yaw = atan2(R[1, 0], R[0, 0]) if max(abs(R[1, 0]), abs(R[0, 0])) > 1e-14 else 0.0
+    yaw = atan2(R[1, 0], R[0, 0]) if max(abs(R[1, 0]), abs(R[0, 0])) > POLE else 0.0
     c, s = cos(yaw), sin(yaw)
     pitch = atan2(-R[2, 0], c * R[0, 0] + s * R[1, 0])
     roll = atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])

@@ -22,3 +22,15 @@ UNIT_QUATERNION = 1e-3
 """Difference of a quaternion's length from 1 up to which it was meant to be 1: three decimals leave 9e-4."""
 NO_LENGTH = 1e-14
 """Length of a vector of MJCF that has no direction: ten times mjMINVAL, below which MuJoCo divides by nothing."""
+ROUNDED_TURN = 1e-14
+"""Angle [rad] beside a multiple of a quarter turn below which it is one: some units in the last place of pi."""
+POLE = 1e-14
+"""Cosine of the pitch below which yaw is free: of pi/2 as a double it is 6e-17, after products more."""
+SAME_POSE = 1e-12
+"""Entry of a pose beside the identity's that is the rounding of products of poses."""
+NO_AXIS = 1e-150
+"""Largest component of an axis without direction: its square would be no number any more."""
+QUATERNION_LENGTHS = (1e-6, 1e6)
+"""Lengths between which a quaternion that nobody normed has a direction: beyond, digits of its squares are lost."""
+SHOWN_AS_ZERO = 1e-12
+"""Number of a table to read that is printed as 0: rounding, and less than any digit shown of lengths in metres."""

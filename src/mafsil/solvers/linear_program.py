@@ -6,19 +6,13 @@ Every answer of a linear program comes with its multipliers, every refusal with 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import MafsilError
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.lazy_module import lazily
-
-if TYPE_CHECKING:
-    import scipy.optimize as optimize
-else:
-    optimize = lazily("scipy.optimize")
 
 ROUNDED = 1e-12
 """Of unit rows: what is that near to equality binds, and rows that are that near to each other depend on each other."""
@@ -87,7 +81,9 @@ def minimise(
         MafsilError: unbounded, or HiGHS gave up.
     """
     bounds = [(0.0, None)] * (len(c) - free) + [(None, None)] * free
-    solve: Any = optimize.linprog  # its result carries no types
+    import scipy.optimize
+
+    solve: Any = scipy.optimize.linprog  # its result carries no types
     found: Any = solve(c, A_ub=G, b_ub=h, A_eq=A, b_eq=b, bounds=bounds, method="highs")
     if found.status == 2:
         return None
@@ -138,7 +134,9 @@ def bounded_least_squares(A: Floats, b: Floats, lower: Floats, upper: Floats) ->
     """
     # The search asks for room between the bounds.
     above = np.where(upper > lower, upper, lower + 1e-12 * max(float(np.abs(lower).max(initial=0.0)), 1.0))
-    solve: Any = optimize.lsq_linear  # carries no types
+    import scipy.optimize
+
+    solve: Any = scipy.optimize.lsq_linear  # carries no types
     found = np.asarray(solve(A, b, (lower, above), method="bvls", tol=EXACT).x, dtype=np.float64)
     return np.clip(found, lower, upper)
 
@@ -175,5 +173,7 @@ def least_distance(H: Floats, need: Floats) -> tuple[Floats, Floats]:
 
 def _non_negative(A: Floats, b: Floats) -> Floats:
     """The least-squares solution of A x = b with x >= 0."""
-    solve: Any = optimize.nnls  # carries no types
+    import scipy.optimize
+
+    solve: Any = scipy.optimize.nnls  # carries no types
     return np.asarray(solve(A, b)[0], dtype=np.float64)

@@ -62,6 +62,11 @@ def convert(block: Block, value: Value, kind: Kind) -> Value:
         raise refusal(f"{have} where {kind} is needed")
     if value.constant is not None and kind in (REAL, INTEGER):
         return constant(float(value.constant) if kind is REAL else int(value.constant))
+    return _converted_number(block, value, have, kind)
+
+
+def _converted_number(block: Block, value: Value, have: Number, kind: Number) -> Value:
+    """The instruction that makes a number another kind of number."""
     if kind is COMPLEX:
         return Value(COMPLEX, (convert(block, value, REAL).name, real_text(0.0)))
     if kind in (INTEGER, UNSIGNED):

@@ -31,7 +31,7 @@ from mafsil.model.lint.finding import (
 )
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.reading import written
-from mafsil.model.tolerances import WRITTEN
+from mafsil.model.tolerances import PRINTED, WRITTEN
 
 TURNS = 4 * pi + 0.1
 """No range of a joint is wider to one side, unless it is wound or in degrees [rad]."""
@@ -70,6 +70,17 @@ def joints(mechanism: Mechanism, *, from_file: bool) -> Iterator[Finding]:
     yield from _loads(mechanism)
 
 
+def _of_degrees(joint: Joint, known: list[float], details: dict[str, object]) -> Iterator[Finding]:
+    """Bounds that were meant in degrees, perhaps with the rate."""
+    name, velocity = joint.name, joint.limits.velocity
+    puts = tuple(Put(("limit",), key, written(radians(x))) for key, x in zip(("lower", "upper"), known, strict=False))
+    yield Finding(DEGREES, "joint", name, details, ("limit",), "lower", puts, "lint.to_radians")
+    if 30 <= velocity < inf:
+        put = Put(("limit",), "velocity", written(radians(velocity)))
+        rate: dict[str, object] = {"joint": name, "velocity": f"{velocity:.6g}"}
+        yield Finding(DEGREES_RATE, "joint", name, rate, ("limit",), "velocity", (put,), "lint.to_radians_rate")
+
+
 def _bounds(joint: Joint, *, from_file: bool) -> Iterator[Finding]:
     limits, name = joint.limits, joint.name
     details: dict[str, object] = {"joint": name, "lower": f"{limits.lower:.6g}", "upper": f"{limits.upper:.6g}"}
@@ -78,14 +89,7 @@ def _bounds(joint: Joint, *, from_file: bool) -> Iterator[Finding]:
     in_degrees = joint.kind is JointKind.REVOLUTE and _looks_like_degrees(known)
     if in_degrees:
         details["degrees"] = f"{degrees(limits.lower):.0f}..{degrees(limits.upper):.0f}"
-        puts = tuple(
-            Put(("limit",), key, written(radians(x))) for key, x in zip(("lower", "upper"), known, strict=False)
-        )
-        yield Finding(DEGREES, "joint", name, details, ("limit",), "lower", puts, "lint.to_radians")
-        if 30 <= limits.velocity < inf:
-            put = Put(("limit",), "velocity", written(radians(limits.velocity)))
-            rate: dict[str, object] = {"joint": name, "velocity": f"{limits.velocity:.6g}"}
-            yield Finding(DEGREES_RATE, "joint", name, rate, ("limit",), "velocity", (put,), "lint.to_radians_rate")
+        yield from _of_degrees(joint, known, details)
     elif joint.kind is JointKind.PRISMATIC and SHORT <= largest < 1e5:
         puts = tuple(Put(("limit",), key, factor=1e-3) for key in ("lower", "upper"))
         yield Finding(MILLIMETRES_TRAVEL, "joint", name, details, ("limit",), "lower", puts, "lint.to_metres")
@@ -123,7 +127,7 @@ def _axis(joint: Joint) -> Iterator[Finding]:
     axis = np.asarray(joint.axis)
     k = int(np.abs(axis).argmax())
     deviation = float(np.linalg.norm(np.delete(axis, k)))
-    if 1e-6 < deviation < ALMOST:
+    if PRINTED < deviation < ALMOST:
         details: dict[str, object] = {"joint": joint.name, "angle": f"{degrees(deviation):.3g}", "axis": "xyz"[k]}
         yield Finding(NEARLY_ALONG, "joint", joint.name, details, ("axis",), "xyz")
 
@@ -179,7 +183,7 @@ def _mirrors(mechanism: Mechanism, poses: list[Floats]) -> Iterator[Finding]:
             continue
         straight, reversed_ = _gap(ours, theirs), _gap((-ours[1], -ours[0]), theirs)
         expected, opposite = (straight, reversed_) if sense > 0 else (reversed_, straight)
-        if opposite < 1e-6 < LOPSIDED < expected:
+        if opposite < PRINTED < LOPSIDED < expected:
             details: dict[str, object] = {
                 "joint": other, "other": name, "lower": f"{theirs[0]:.4g}", "upper": f"{theirs[1]:.4g}",
                 "sense": "same" if sense > 0 else "opposite",

@@ -116,8 +116,11 @@ def _solid(parts: list[tuple[Link, Floats]]) -> Solid | None:
     all_points = np.concatenate(points or [np.zeros((0, 3))])
     if len(all_points) < 4 or not np.abs(all_points).max() < 1e9:
         return None
-    meshes = any(isinstance(s.geometry, Mesh) for link, _ in parts for s in (*link.collisions, *link.visuals))
-    return Solid(all_points, tuple(matter) if len(parts) == 1 else (), meshes)
+    return Solid(all_points, tuple(matter) if len(parts) == 1 else (), any(_has_mesh(link) for link, _ in parts))
+
+
+def _has_mesh(link: Link) -> bool:
+    return any(isinstance(shape.geometry, Mesh) for shape in (*link.collisions, *link.visuals))
 
 
 def _corners(shape: Shape) -> Floats | None:

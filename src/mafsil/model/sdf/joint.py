@@ -35,7 +35,7 @@ from mafsil.model.placement import inverse
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import Frames
 from mafsil.model.sdf.scope import MODEL, Part, Parts, flag, number, numbers
-from mafsil.model.tolerances import WRITTEN
+from mafsil.model.tolerances import SAME_POSE, WRITTEN
 from mafsil.model.xml_tree import Element
 
 KINDS = {
@@ -49,6 +49,7 @@ KINDS = {
     "ball": (JointKind.REVOLUTE, JointKind.REVOLUTE, JointKind.REVOLUTE),
 }
 """Joints of one freedom after one another for every type that can be read."""
+ENDS = ("parent", "child")
 ACCELERATION, GEAR_RATIO, ROTOR_INERTIA = "drake:acceleration", "drake:gear_ratio", "drake:rotor_inertia"
 
 
@@ -74,13 +75,13 @@ def read_joint(reading: Reading, part: Part, parts: Parts, version: tuple[int, i
     """A joint, or None after an error that leaves nothing to go on with."""
     element, name, frames = part.element, part.name, parts.frames
     kind = element.get("type")
-    ends = [reading.one(element, tag) for tag in ("parent", "child")]
+    ends = [reading.one(element, tag) for tag in ENDS]
     if kind not in KINDS:
         reading.report(SDF_JOINT, element, "type", None, joint=name, kind=kind, known=", ".join(KINDS))
         return None
-    if None in ends or not all(end is not None and end.text for end in ends):
-        missing = next(tag for tag, end in zip(("parent", "child"), ends, strict=True) if end is None or not end.text)
-        reading.report(MISSING_ELEMENT, element, None, None, element=missing, parent="joint")
+    missing = [tag for tag, end in zip(ENDS, ends, strict=True) if end is None or not end.text]
+    if missing:
+        reading.report(MISSING_ELEMENT, element, None, None, element=missing[0], parent="joint")
         return None
     parent, child = (parts.carrier(part.full(end.text)) for end in ends if end is not None)
     T_pj = frames.between(reading, parent, frames.joint(name), element)
@@ -235,7 +236,7 @@ def fixed_joint(name: str, parent: str, child: str, T: PoseMatrix) -> Joint:
 
 def is_identity(T: PoseMatrix) -> bool:
     """Whether a pose is the identity to rounding."""
-    return bool(np.abs(T - np.eye(4)).max() < 1e-12)
+    return bool(np.abs(T - np.eye(4)).max() < SAME_POSE)
 
 
 def invert_pose(T: PoseMatrix) -> PoseMatrix:

@@ -106,10 +106,8 @@ def _robot(reading: Reading, root: Element, inclusion: Inclusion) -> tuple[Eleme
     if world is not None:
         x, y, z = numbers(reading, world.first("gravity"), 3, GRAVITY_OF_WORLDS)
         gravity = (x, y, z)
-    models = list(holder.all("model"))
-    for include in holder.all("include"):
-        if (found := inclusion.model(include, must=world is None)) is not None:
-            models.append(found)
+    included = [inclusion.model(include, must=world is None) for include in holder.all("include")]
+    models = [*holder.all("model"), *(model for model in included if model is not None)]
     moving = [model for model in models if any(_moves(joint) for joint in _joints(model))]
     if reading.model is not None:
         moving = [model for model in models if model.get("name") == reading.model]
@@ -117,15 +115,19 @@ def _robot(reading: Reading, root: Element, inclusion: Inclusion) -> tuple[Eleme
             known = ", ".join(model.get("name") for model in models) or "-"
             reading.report(SDF_NO_MODEL, root, None, None, name=reading.model, names=known)
             return None, gravity
-    chosen = moving or models
+    return _the_only_one(reading, root, moving or models, models), gravity
+
+
+def _the_only_one(reading: Reading, root: Element, chosen: list[Element], models: list[Element]) -> Element | None:
+    """The model to read, if one is left; those that nobody asked for are reported."""
     if len(chosen) != 1:
         names = ", ".join(model.get("name") for model in chosen) or "-"
         reading.report(SDF_MODELS, root, None, None, count=len(chosen), names=names)
-        return None, gravity
+        return None
     for other in models:
         if other is not chosen[0] and reading.model is None:
             reading.report(SDF_LOOSE, other, None, None, name=other.get("name"))
-    return chosen[0], gravity
+    return chosen[0]
 
 
 def _joints(model: Element) -> list[Element]:
@@ -163,17 +165,33 @@ def _assemble(reading: Reading, model: Element, parts: Parts, assets: Assets, ve
     gearboxes = [part for part in parts.of("joint") if part.element.get("type") == GEARBOX]
     kept = [part for part in parts.connections if part not in gearboxes and not _is_said(part, static=static)]
     result.links += [Link(part.name) for part in kept if part.element.tag == "frame"]
-    read = [
-        read_joint(reading, part, parts, version) if part.element.tag == "joint" else read_frame(reading, part, parts)
-        for part in kept
-    ]
-    chains = [chain for chain in read if chain is not None]
+    chains = _read_chains(reading, kept, parts, version)
     chains = chains if static else couple_gearboxes(reading, gearboxes, parts.frames, version, chains)
     carried: set[str] = set()
     for chain, closes in spanning(chains, [part.name for part in parts.links], WORLD):
         _append(result, chain, closes=closes)
         carried.add(chain.child)
-    loose = [part for part in parts.links if part.name not in carried]
+    loose = [part.name for part in parts.links if part.name not in carried]
+    _choose_base(reading, model, parts, result, loose, static=static)
+    if not static:
+        _leave_out_loose(reading, parts, result)
+        if result.base in loose and not any(part.element.get(IS_BASE) for part in parts.of("joint")):
+            reading.report(SDF_FLOATING, model, None, None, name=model.get("name"), link=result.base)
+    return result
+
+
+def _read_chains(reading: Reading, kept: list[Part], parts: Parts, version: tuple[int, int]) -> list[Chain]:
+    read = [
+        read_joint(reading, part, parts, version) if part.element.tag == "joint" else read_frame(reading, part, parts)
+        for part in kept
+    ]
+    return [chain for chain in read if chain is not None]
+
+
+def _choose_base(
+    reading: Reading, model: Element, parts: Parts, result: _Assembly, loose: list[str], *, static: bool
+) -> None:
+    """The world, where the model stands still or a joint hangs on it; else the first link that no joint carries."""
     names = {part.name for part in parts.links}
     on_world = WORLD not in names and any(declared.joint.parent == WORLD for declared in result.joints)
     if static or on_world:
@@ -182,13 +200,12 @@ def _assemble(reading: Reading, model: Element, parts: Parts, assets: Assets, ve
     if static:
         result.joints += [_on_world(parts, part, result.base, model, reading) for part in parts.links]
     elif not on_world and loose:
-        result.base = loose[0].name
-    if not static:
-        _leave_out_loose(reading, parts, result)
-    floats = result.base in {part.name for part in loose}
-    if not static and floats and not any(part.element.get(IS_BASE) for part in parts.of("joint")):
-        reading.report(SDF_FLOATING, model, None, None, name=model.get("name"), link=result.base)
-    return result
+        result.base = loose[0]
+
+
+def _robot_group(group: dict[str, str], joints: list[Joint], base: str) -> str:
+    moving = Counter(group[joint.child] for joint in joints if joint.moves)
+    return max(sorted(set(group.values())), key=lambda name: (moving[name], name == group.get(base)))
 
 
 def _leave_out_loose(reading: Reading, parts: Parts, result: _Assembly) -> None:
@@ -198,8 +215,7 @@ def _leave_out_loose(reading: Reading, parts: Parts, result: _Assembly) -> None:
     if not {name for joint in joints for name in (joint.parent, joint.child)} <= names:
         return  # A joint on no link, which is said of the whole.
     group = _connected(names, joints)
-    moving = Counter(group[joint.child] for joint in joints if joint.moves)
-    robot = max(sorted(set(group.values())), key=lambda name: (moving[name], name == group.get(result.base)))
+    robot = _robot_group(group, joints, result.base)
     for part in {group[part.name]: part for part in reversed(parts.links) if group[part.name] != robot}.values():
         reading.report(LOOSE_OBJECT, part.element, None, None, body=part.name)
     result.links = [link for link in result.links if group[link.name] == robot]
@@ -291,6 +307,14 @@ def spanning(chains: Sequence[Chain], names: Sequence[str], world: str) -> list[
         return [(chain, carriers[chain.child] is not chain) for chain in chains]
     # 2.
     root = world if _touches(chains, world) else (roots or list(names))[0]
+    carrying, reached = _grow_tree(chains, root)
+    ordered = [(carrying.get(k, chain), k not in carrying) for k, chain in enumerate(chains)]
+    # What hangs on nothing that was reached stays as it is: the mechanism then names it.
+    return [(chain, closes and chain.child in reached) for chain, closes in ordered]
+
+
+def _grow_tree(chains: Sequence[Chain], root: str) -> tuple[dict[int, Chain], set[str]]:
+    """The joints that carry a link, by their place, and the links that they reach from the root."""
     reached, carrying = {root}, dict[int, Chain]()
     while True:
         waiting = [k for k in range(len(chains)) if k not in carrying]
@@ -303,10 +327,7 @@ def spanning(chains: Sequence[Chain], names: Sequence[str], world: str) -> list[
             carrying[back[0]] = turned_round(chains[back[0]])
             reached.add(chains[back[0]].parent)
         else:
-            break
-    ordered = [(carrying.get(k, chain), k not in carrying) for k, chain in enumerate(chains)]
-    # What hangs on nothing that was reached stays as it is: the mechanism then names it.
-    return [(chain, closes and chain.child in reached) for chain, closes in ordered]
+            return carrying, reached
 
 
 def _touches(chains: Sequence[Chain], name: str) -> bool:

@@ -28,6 +28,7 @@ from mafsil.model.placement import inverse, pose_from_xyz_quaternion, pose_from_
 from mafsil.model.reading import LARGEST, Reading
 from mafsil.model.sdf.frames import WORLD, Frames, Given
 from mafsil.model.source import load
+from mafsil.model.tolerances import QUATERNION_LENGTHS
 from mafsil.model.vocabulary import Row, Version, Vocabulary, audit, read_rows
 from mafsil.model.xml_tree import Document, Element, ReadLimits, Refusal, parse
 
@@ -123,8 +124,7 @@ def _gather(reading: Reading, model: Element, prefix: str, outer: str, parts: Pa
             element = inclusion.model(element, must=True)
             if element is None:
                 continue
-        name = reading.name(element)
-        part = Part(element, prefix + name, prefix, frame)
+        part = Part(element, prefix + reading.name(element), prefix, frame)
         if element.tag == "link":
             parts.links.append(part)
         elif element.tag in ("joint", "frame"):
@@ -133,30 +133,41 @@ def _gather(reading: Reading, model: Element, prefix: str, outer: str, parts: Pa
         relative = "" if holder is None else holder.get("relative_to") or holder.get("frame")
         given = Given(part.full(relative or _default(element)), pose(reading, holder), element)
         if element.tag == "model":
-            inner = prefix if element.get("merge") == "true" else f"{prefix}{name}::"
-            inner_frame = inner + MODEL if inner != prefix else f"{prefix}{name}::{MODEL}"
-            placement = element.get("placement_frame")
-            parts.frames.given[inner_frame] = Given("", frozen(np.eye(4)), element) if placement else given
-            if inner != prefix:
-                parts.frames.given[prefix + name] = Given(inner_frame, frozen(np.eye(4)), element)
-                _gather(reading, element, inner, frame, parts, inclusion)
-            else:
-                _merge(reading, element, inner, inner_frame, parts, inclusion)
-            if placement:
-                T_mp = parts.frames.placement_frame(reading, inner + placement, element)
-                parts.frames.given[inner_frame] = Given(given.relative_to, given.T @ inverse(T_mp), element)
+            _gather_inner(reading, part, given, parts, inclusion)
         else:
-            if element.tag == "joint" and part.name in others:
-                parts.frames.of_joints[part.name] = f"{part.name}_joint"
-            key = parts.frames.joint(part.name) if element.tag == "joint" else part.name
-            parts.frames.given.setdefault(key, given)
-            if (child := element.first("child")) is not None:
-                parts.stands_for[key] = part.full(child.text)
+            _place(part, given, parts, also_another=part.name in others)
     inside = sorted(parts.links[before:], key=lambda part: part.prefix != prefix)
     named = model.get("canonical_link")
     if named or inside:
         carrier = prefix + named if named else inside[0].name
         parts.stands_for |= dict.fromkeys((frame, prefix.removesuffix("::") or frame), carrier)
+
+
+def _place(part: Part, given: Given, parts: Parts, *, also_another: bool) -> None:
+    """The frame of a link, joint or named frame; a joint may bear the name of something else of its model."""
+    is_joint = part.element.tag == "joint"
+    if is_joint and also_another:
+        parts.frames.of_joints[part.name] = f"{part.name}_joint"
+    key = parts.frames.joint(part.name) if is_joint else part.name
+    parts.frames.given.setdefault(key, given)
+    if (child := part.element.first("child")) is not None:
+        parts.stands_for[key] = part.full(child.text)
+
+
+def _gather_inner(reading: Reading, part: Part, given: Given, parts: Parts, inclusion: Inclusion) -> None:
+    """The parts of a model inside a model: under names of their own, or merged into those around."""
+    element, merged = part.element, part.element.get("merge") == "true"
+    inner, inner_frame = part.prefix if merged else f"{part.name}::", f"{part.name}::{MODEL}"
+    placement = element.get("placement_frame")
+    parts.frames.given[inner_frame] = Given("", frozen(np.eye(4)), element) if placement else given
+    if merged:
+        _merge(reading, element, inner, inner_frame, parts, inclusion)
+    else:
+        parts.frames.given[part.name] = Given(inner_frame, frozen(np.eye(4)), element)
+        _gather(reading, element, inner, part.model, parts, inclusion)
+    if placement:
+        T_mp = parts.frames.placement_frame(reading, inner + placement, element)
+        parts.frames.given[inner_frame] = Given(given.relative_to, given.T @ inverse(T_mp), element)
 
 
 def _merge(reading: Reading, model: Element, prefix: str, frame: str, parts: Parts, inclusion: Inclusion) -> None:
@@ -232,7 +243,8 @@ def pose(reading: Reading, element: Element | None) -> PoseMatrix:
 def _from_quaternion(
     reading: Reading, element: Element, xyz: tuple[float, float, float], xyzw: tuple[float, ...]
 ) -> PoseMatrix:
-    if not 1e-6 < quaternion_length(xyzw) < 1e6:
+    shortest, longest = QUATERNION_LENGTHS
+    if not shortest < quaternion_length(xyzw) < longest:
         reading.report(SDF_QUATERNION, element, None, None, text=element.text)
         return frozen(np.eye(4))
     return frozen(pose_from_xyz_quaternion(xyz, xyzw))

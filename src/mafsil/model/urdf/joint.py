@@ -45,7 +45,7 @@ from mafsil.model.joint import Joint, JointKind, Mimic
 from mafsil.model.limits import UNBOUNDED, Actuator, Friction, Limits, bound_value
 from mafsil.model.mimics import Declared
 from mafsil.model.reading import Reading, decimal, written
-from mafsil.model.tolerances import WRITTEN
+from mafsil.model.tolerances import NO_AXIS, WRITTEN
 from mafsil.model.urdf.shape import read_origin
 from mafsil.model.urdf.vocabulary import WIDER_LIMITS
 from mafsil.model.vocabulary import Version
@@ -160,7 +160,7 @@ def _read_axis(reading: Reading, joint: Element, name: str, kind: JointKind) -> 
     if xyz is None:
         return _URDF_AXIS
     largest = max(abs(x) for x in xyz)
-    if largest < 1e-150:
+    if largest < NO_AXIS:
         reading.report(ZERO_AXIS, element, "xyz", None, joint=name)
         return _URDF_AXIS
     scaled = [x / largest for x in xyz]
