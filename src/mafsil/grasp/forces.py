@@ -24,7 +24,7 @@ from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.enclosure import furthest
-from mafsil.grasp.tolerances import MULTIPLIER, OPTIMUM, RANK, UNLOADED
+from mafsil.grasp.tolerances import MULTIPLIER, OPTIMUM, RANK, ROUNDOFF, UNLOADED
 from mafsil.solvers.linear_program import minimise
 
 ROUNDS = 60
@@ -192,7 +192,7 @@ class _Program:
             best_lower = max(best_lower, bound)
             solved = _Solved(found.value, best_lower, found.x, columns, found.prices, found.limit_prices)
             rounds += 1
-            if not fresh or rounds == ROUNDS or found.value - best_lower <= OPTIMUM * max(1e-12, abs(found.value)):
+            if not fresh or rounds == ROUNDS or found.value - best_lower <= OPTIMUM * max(ROUNDOFF, abs(found.value)):
                 return solved
             columns = columns + fresh
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, require_finite
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.grasp.tolerances import RANK
+from mafsil.grasp.tolerances import CARRIES, NO_BEND, NOT_STATIONARY, RANK, ROUNDOFF, STATIONARY, TYPED
 
 STEPS = 25
 STILL = 1e-10
@@ -154,7 +154,7 @@ def _off_saddle(discs: Floats, found: Minimum) -> Floats | None:
     across = np.linalg.svd(found.u[None])[2][1:]
     kinks = [discs[i, 1:3] for i, n in zip(found.pieces, found.inner, strict=True) if not np.isnan(n[0])]
     _, s, Vt = np.linalg.svd(np.vstack([seen.gradients, *kinks]) @ across.T, full_matrices=True)
-    flat = Vt[int((s > 1e-7 * found.value).sum()) :] @ across
+    flat = Vt[int((s > NO_BEND * found.value).sum()) :] @ across
     if not len(flat):
         return None
     q = np.where(np.isnan(found.inner[:, :1]), seen.bends, 0.0) @ flat.T
@@ -177,7 +177,7 @@ def _stationary(discs: Floats, start: Floats) -> Minimum | None:
     seen = _seen(discs, u)
     value = float(seen.heights.max())
     multipliers = _first_multipliers(seen, u, value)
-    pieces = [int(i) for i in np.flatnonzero(multipliers > 1e-6)]
+    pieces = [int(i) for i in np.flatnonzero(multipliers > CARRIES)]
     kinks = {i for i in pieces if seen.radii[i] < KINK * np.linalg.norm(discs[i, 1:3])}
     for _ in range(12):
         solved = _newton(discs, u, pieces, kinks, value)
@@ -194,7 +194,7 @@ def _stationary(discs: Floats, start: Floats) -> Minimum | None:
             pieces = [i for i in pieces if i not in leaving]
         elif rims:
             kinks -= rims
-        elif heights[beyond] <= level * (1 + 1e-9):
+        elif heights[beyond] <= level * (1 + TYPED):
             positive = np.maximum(weights, LEAST_DIVISOR)
             where = np.where([[i in kinks] for i in pieces], inner / positive[:, None], np.nan)
             return Minimum(at, float(heights[beyond]), pieces, positive / positive.sum(), where)
@@ -247,7 +247,7 @@ def _newton(
             weights, nu = np.asarray(x[m : m + p], float), np.asarray(x[m + p : -1], float)
         parts = [gradients.T @ weights + E.T @ nu - value * u, heights - value, E @ u, [u @ u - 1.0]]
         left = np.asarray(np.concatenate(parts), float)
-        if np.abs(left).max() <= 1e-13 * value:
+        if np.abs(left).max() <= STATIONARY * value:
             break
         J = np.zeros((size, size))
         safe = np.where(seen.radii > 0, seen.radii, 1.0)
@@ -255,11 +255,11 @@ def _newton(
         J[:m, m : m + p], J[m : m + p, :m] = gradients.T, gradients
         J[:m, m + p : -1], J[m + p : -1, :m] = E.T, E
         J[:m, -1], J[m : m + p, -1], J[-1, :m] = -u, -1.0, 2 * u
-        change = np.linalg.lstsq(J, -left, rcond=1e-12)[0]
+        change = np.linalg.lstsq(J, -left, rcond=ROUNDOFF)[0]
         far = float(np.linalg.norm(change[:m]))
         x = np.asarray(x + min(1.0, 0.3 / far if far > 0 else 1.0) * change, float)
     else:
-        if np.abs(left).max() > 1e-9 * abs(value):
+        if np.abs(left).max() > NOT_STATIONARY * abs(value):
             return None
     inner = np.zeros((p, 2))
     inner[bent] = np.asarray(nu, float).reshape(-1, 2)

@@ -37,3 +37,14 @@ MULTIPLIER = 1e-10
 """Prices of a program of loads of size 1 below it are none: eps times the condition of a basis, 1e5."""
 UNLOADED = 1e-8
 """Remainder of a load, relative, up to which it is balanced: ten times below what HiGHS promises, as it delivers."""
+STATIONARY = 1e-13
+"""Remainder of the conditions of a least reach, relative, at which Newton's method has ended: 450 eps, near which it
+stays."""
+NOT_STATIONARY = 1e-9
+"""The same after all of its steps, from which on it found nothing: halfway to where typed digits begin."""
+CARRIES = 1e-6
+"""Share of a mixture that a disc has to have to count among those that carry it: the start is found by a program."""
+NO_BEND = 1e-7
+"""Slope along a direction, relative to the reach, that is none: differences of reaches know half the digits."""
+LEAST_FRICTION = 1e-12
+"""A friction that varies stays above it, so that no cone vanishes and all samples have one shape."""

@@ -18,7 +18,7 @@ from mafsil.grasp.contact import Contact
 from mafsil.grasp.contact_batch import wrench_closures
 from mafsil.grasp.grasp import Grasp
 from mafsil.grasp.quality import hull_facets, quality_of_wrenches
-from mafsil.grasp.tolerances import ROUNDOFF, TYPED
+from mafsil.grasp.tolerances import LEAST_FRICTION, ROUNDOFF, TYPED
 from mafsil.solvers.linear_program import minimise
 
 
@@ -155,8 +155,7 @@ def _shaken(contact: Contact, position: float, angle: float, friction: float, rn
     point = contact.point + position * rng.normal(size=contact.dimension)
     normal = contact.normal + np.tan(angle * rng.normal(size=contact.dimension - 1)) @ contact.tangents
     factor = max(0.0, 1.0 + friction * rng.normal()) if contact.mu > 0 else 1.0
-    # A cone that vanishes keeps its columns, so all samples have one shape.
-    mu = max(contact.mu * factor, 1e-12) if contact.mu > 0 else 0.0
+    mu = max(contact.mu * factor, LEAST_FRICTION) if contact.mu > 0 else 0.0
     return Contact(point, normal, mu, contact.gamma)
 
 

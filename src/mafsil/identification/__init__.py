@@ -1,8 +1,8 @@
 """Identification of dynamic parameters: exciting motions, logs, payloads, and the estimates with their errors.
 
 call      mf.identify(robot, log), mafsil identify
-computed  `excitation` moves, `log` and `examination` read and doubt, `regression` estimates, `consistency` keeps
-          masses possible, `result` says how sure it is
+computed  `excitation` moves, `log` and `examination` read and doubt, `regression` estimates and keeps masses
+          possible, `result` says how sure it is
 tested    tests/identification
 """
 

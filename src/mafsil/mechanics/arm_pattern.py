@@ -286,6 +286,10 @@ INSIDE = 1e-12
 """By how much a joint may seem beyond its limit by rounding [rad | m]: where its value is chosen, not measured."""
 ON_LIMIT = MEASURED
 """By how much a joint of an isolated solution may lie beyond its limit and count as on it [rad | m]."""
+MISSED = 1e-9
+"""Residual, in units of the arm, up to which rounding explains that two ways of an arm do not meet exactly; and the
+cosine of axes that are at right angles."""
+
 WHOLE_TURN = 1e-12
 """Share of a turn by which rounding may miss a whole one."""
 FIRST_JOINTS = {Family.SPHERICAL_WRIST: 3, Family.THREE_PARALLEL: 1, Family.LINKED: 1}

@@ -17,6 +17,7 @@ from mafsil.errors import InputError
 from mafsil.fields import check_fields
 from mafsil.one_joint.joint_law import JointArm, JointLaw
 from mafsil.one_joint.rows import RowAnswer, above_zero, above_zero_or_unbounded, finite, magnitude, row, together
+from mafsil.one_joint.tolerances import WHOLE_STEPS
 
 Reference = Callable[[Floats], tuple[ArrayLike, ArrayLike, ArrayLike]]
 """theta_d, theta_d', theta_d'' at times (k,), each (k,) or (*batch, k)."""
@@ -246,7 +247,7 @@ def _ticks(duration: float, step: float) -> tuple[int, float]:
     """Number of ticks, both ends included, and their distance."""
     T, h = positive("duration", duration), positive("step", step)
     count = int(min(np.rint(T / h), 1e9))
-    if count < 1 or count > 10**8 or abs(count * h - T) > 1e-6 * h * max(count, 1):
+    if count < 1 or count > 10**8 or abs(count * h - T) > WHOLE_STEPS * h * max(count, 1):
         raise InputError("one_joint.ticks", duration=T, step=h)
     return count + 1, h
 

@@ -18,6 +18,7 @@ from mafsil.errors import InputError
 from mafsil.one_joint.joint_law import JointArm, JointLaw, LawKind
 from mafsil.one_joint.polynomial import coefficients_of, polynomial_value, roots, routh_hurwitz
 from mafsil.one_joint.rows import RowAnswer, above_zero, finite, magnitude, row, together
+from mafsil.one_joint.tolerances import NO_COEFFICIENT
 
 AT_LIMIT = 1e-9
 """Distance of the spectral radius from 1 within which a loop counts as being at its limit."""
@@ -140,7 +141,8 @@ def _margins(N: Floats, D: Floats) -> tuple[float, float, float, float, float]:
 
 def _frequencies(polynomial: Floats) -> Floats:
     """Its positive real roots."""
-    p = np.trim_zeros(np.where(np.abs(polynomial) > 1e-14 * np.abs(polynomial).max(initial=0.0), polynomial, 0.0), "f")
+    sizes = np.abs(polynomial)
+    p = np.trim_zeros(np.where(sizes > NO_COEFFICIENT * sizes.max(initial=0.0), polynomial, 0.0), "f")
     w = roots(p) if len(p) > 1 else np.empty(0, dtype=np.complex128)
     size = np.abs(w).max(initial=0.0)
     return np.unique(w.real[(np.abs(w.imag) <= REAL * np.abs(w)) & (w.real > REAL * size)])

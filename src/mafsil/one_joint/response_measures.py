@@ -17,6 +17,7 @@ from mafsil.errors import InputError
 from mafsil.one_joint.joint_law import JointArm, JointLaw
 from mafsil.one_joint.joint_run import IDEAL, LoopConditions, simulate_sampled
 from mafsil.one_joint.rows import RowAnswer, above_zero, finite, row, share, together
+from mafsil.one_joint.tolerances import ROUNDOFF
 
 TAIL = 0.05
 """Share of the record at whose end the steady error is looked for."""
@@ -89,7 +90,7 @@ def measure_response(
     if rest.shape != e.shape[:-1]:
         raise InputError("input.shape", name="steady_error", expected=e.shape[:-1], got=rest.shape, hint="")
     step = e[..., 0] - rest
-    stepped = np.abs(step) > 1e-12 * np.abs(e).max(axis=-1)
+    stepped = np.abs(step) > ROUNDOFF * np.abs(e).max(axis=-1)
     y = (e - rest[..., None]) / np.where(stepped, step, 1.0)[..., None]
     overshoot = np.maximum(-y.min(axis=-1), 0.0)
     peak = np.where(overshoot > 0.0, time[np.argmin(y, axis=-1)], np.nan)

@@ -15,6 +15,7 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages.tables import number, table
 from mafsil.one_joint.polynomial import Complexes, coefficients_of, roots, routh_hurwitz
 from mafsil.one_joint.rows import finite, magnitude, row
+from mafsil.one_joint.tolerances import ROUNDOFF, SAME_MEETING
 
 REAL = 1e-7
 """Imaginary part over size below which a root of the conditions below counts as real: they may be double."""
@@ -140,7 +141,7 @@ def _meetings(D: Floats, N: Floats) -> tuple[Floats, Complexes]:
     s = roots(condition) if len(condition) > 1 else np.empty(0, dtype=np.complex128)
     s = np.asarray(np.where(np.abs(s.imag) <= REAL * np.abs(s), s.real, s), dtype=np.complex128)
     shared = _vanishes(N, s) & _vanishes(D, s)
-    again = [bool(shared[k]) and bool((np.abs(s[k] - s[:k][shared[:k]]) <= 1e-6).any()) for k in range(len(s))]
+    again = [bool(shared[k]) and bool((np.abs(s[k] - s[:k][shared[:k]]) <= SAME_MEETING).any()) for k in range(len(s))]
     once = ~np.array(again, dtype=np.bool_) & ((np.abs(np.polyval(N, s)) > 0.0) | shared)
     s, shared = s[once], shared[once]
     above, below = (np.where(shared, np.polyval(np.polyder(p), s), np.polyval(p, s)) for p in (D, N))
@@ -148,9 +149,8 @@ def _meetings(D: Floats, N: Floats) -> tuple[Floats, Complexes]:
         K: Complexes = np.asarray(-above / below, dtype=np.complex128)
         size = np.where(shared, np.polyval(np.abs(np.polyder(D)), np.abs(s)), np.polyval(np.abs(D), np.abs(s)))
         scale = size / np.abs(below)
-    kept = (
-        (np.abs(K.imag) <= REAL * np.maximum(np.abs(K), LEAST_DIVISOR)) & (K.real >= -1e-12 * scale) & (s.imag >= 0.0)
-    )
+    real = np.abs(K.imag) <= REAL * np.maximum(np.abs(K), LEAST_DIVISOR)
+    kept = real & (K.real >= -ROUNDOFF * scale) & (s.imag >= 0.0)
     order = np.argsort(K.real[kept])
     return np.maximum(K.real[kept][order], 0.0), s[kept][order]
 
@@ -176,6 +176,6 @@ def _crossings(D: Floats, N: Floats) -> tuple[Floats, Floats]:
     there = (np.abs(N_w) > 0.0) & ~(_vanishes(D, on_axis) & _vanishes(N, on_axis))
     K: Complexes = np.asarray(-(D_w[there] / N_w[there]), dtype=np.complex128)
     size = np.asarray(np.polyval(np.abs(D), frequencies[there]) / np.abs(N_w[there]), dtype=np.float64)
-    kept = (np.abs(K.imag) <= REAL * np.maximum(size, LEAST_DIVISOR)) & (K.real >= -1e-12 * size)
+    kept = (np.abs(K.imag) <= REAL * np.maximum(size, LEAST_DIVISOR)) & (K.real >= -ROUNDOFF * size)
     order = np.argsort(K.real[kept])
     return np.maximum(K.real[kept][order], 0.0), frequencies[there][kept][order]

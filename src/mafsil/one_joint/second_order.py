@@ -14,6 +14,7 @@ from mafsil.messages import say
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
 from mafsil.one_joint.rows import above_zero, check_batch, finite, magnitude, row, share, together
+from mafsil.one_joint.tolerances import BELOW_ONE, LINEAR, NO_GAP
 
 CRITICAL = 1e-9
 """Distance of the damping ratio from 1 below which the motion is called critically damped; responses do not ask."""
@@ -218,7 +219,7 @@ def _impulse(w: Floats, zeta: Floats, t: Floats) -> tuple[Floats, Floats]:
     """
     r, slow = _half_gap(w, zeta), -_slow_rate(w, zeta)
     decay, x = np.exp(slow * t), r * t
-    tiny = np.abs(x) < 1e-8
+    tiny = np.abs(x) < LINEAR
     safe = np.where(tiny, 1.0, x)
     with np.errstate(over="ignore", invalid="ignore"):
         over = -np.expm1(-2.0 * safe) / (2.0 * safe)
@@ -253,11 +254,11 @@ def _first_extremum(w: Floats, zeta: Floats, e0: Floats, v0: Floats) -> Floats:
         angle = np.arctan2(r * top, bottom) % np.pi
         under = np.where(angle > 0.0, angle, np.pi) / r
         ratio = r * top / bottom
-        over = np.where((ratio > 0.0) & (ratio < 1.0), np.arctanh(np.clip(ratio, 0.0, 1.0 - 1e-16)) / r, np.inf)
+        over = np.where((ratio > 0.0) & (ratio < 1.0), np.arctanh(np.clip(ratio, 0.0, BELOW_ONE)) / r, np.inf)
         critical = np.where(top * bottom > 0.0, top / bottom, np.inf)
     oscillates = zeta < 1.0
     none = (v0 == 0.0) & ~oscillates
-    found = np.where(oscillates, under, np.where(r < 1e-9 * w, critical, over))
+    found = np.where(oscillates, under, np.where(r < NO_GAP * w, critical, over))
     return np.where(none | ~np.isfinite(found), np.inf, found)
 
 

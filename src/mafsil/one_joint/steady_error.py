@@ -16,6 +16,7 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
 from mafsil.one_joint.rows import RowAnswer, above_zero, check_batch, finite, magnitude, row, together
+from mafsil.one_joint.tolerances import BALANCED, ROUNDOFF
 
 ITERATIONS = 100
 """Of Newton's method for the rest of many joints."""
@@ -78,7 +79,7 @@ def steady_state_error(kp: ArrayLike, gravity_moment: ArrayLike, goal: ArrayLike
     side = np.where(load * np.cos(desired) < 0.0, -1.0, 1.0)
     # 2. ... or before |e| = |L| / k: march to the first change of sign, so that the nearest root is found,
     reach = np.abs(load) / k
-    samples = np.linspace(0.0, 1.0, 257) * np.maximum(reach, 0.0)[..., None] * (1.0 + 1e-12)
+    samples = np.linspace(0.0, 1.0, 257) * np.maximum(reach, 0.0)[..., None] * (1.0 + ROUNDOFF)
     value = side[..., None] * _unbalanced(k[..., None], load[..., None], desired[..., None], side[..., None] * samples)
     first = np.argmax(value >= 0.0, axis=-1)
     low = np.take_along_axis(samples, np.maximum(first - 1, 0)[..., None], -1)[..., 0]
@@ -135,7 +136,7 @@ def steady_state_of_joints(kp: ArrayLike, gravity: Callable[[Floats], ArrayLike]
         e = e - np.linalg.solve(K + slope, F)
     g = load(desired - e)
     residual = np.abs(K @ e - g).max()
-    found = residual <= 1e-9 * max(float(np.abs(g).max()), LEAST_DIVISOR)
+    found = residual <= BALANCED * max(float(np.abs(g).max()), LEAST_DIVISOR)
     return RestError(np.array(3 if found else 2, dtype=np.int8), e, K @ e, np.asarray(residual))
 
 

@@ -13,6 +13,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.one_joint.rows import RowAnswer, above_zero, finite, together
 from mafsil.one_joint.second_order import SecondOrder
+from mafsil.one_joint.tolerances import SETTLED
 
 HALVINGS = 60
 """In the search for the instant of a crossing."""
@@ -114,7 +115,7 @@ def simulate_wall_contact(
 
 def _first_crossing(loop: SecondOrder, e0: Floats, v0: Floats, level: Floats, sense: float) -> Floats:
     """First time at which the error passes a level upwards (sense 1) or downwards (-1); infinite if never."""
-    horizon = loop.settling_time(np.where(e0 == 0.0, 1.0, e0), v0, 1e-6)
+    horizon = loop.settling_time(np.where(e0 == 0.0, 1.0, e0), v0, SETTLED)
     t = horizon[..., None] * np.linspace(0.0, 1.0, SAMPLES) ** 2
     rows = SecondOrder(loop.natural_frequency[..., None], loop.damping_ratio[..., None])
     value = sense * (rows.state_at(t, e0[..., None], v0[..., None])[0] - level[..., None])

@@ -18,7 +18,7 @@ from mafsil.algebra.subproblems import (
     turns_to_height,
     zero_turn,
 )
-from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family, LockedJoint
+from mafsil.mechanics.arm_pattern import MISSED, ArmPattern, FailedStep, Family, LockedJoint
 from mafsil.mechanics.closed_form.line import (
     BranchSolution,
     Geometry,
@@ -186,7 +186,7 @@ def _pairs(
         x1, x5 = (ex.vertcat(root.turn.c, root.turn.s) for root in (first, fifth))
         t1, t5 = A @ ex.vertcat(-x1[1], x1[0]), B @ ex.vertcat(-x5[1], x5[0])
         residual = ex.fmax(*ex.vertsplit(ex.fabs(A @ x1 - B @ x5 - constant)))
-        short = ex.if_else(residual > 1e-9, residual, 0)
+        short = ex.if_else(residual > MISSED, residual, 0)
         linked.append((first, fifth, t1[0] * t5[1] - t1[1] * t5[0], short, FailedStep.ORIENTATION.value))
     return linked
 

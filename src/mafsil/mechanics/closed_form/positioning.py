@@ -16,7 +16,7 @@ from mafsil.algebra.subproblems import (
     turns_to_distance,
     turns_to_height,
 )
-from mafsil.mechanics.arm_pattern import FailedStep, PositioningMethod
+from mafsil.mechanics.arm_pattern import MISSED, FailedStep, PositioningMethod
 from mafsil.mechanics.closed_form.line import BranchSolution, Line, Motion, across, norm, start_line, triple
 
 Moved: TypeAlias = tuple[Motion, ex.Expression, ex.Expression, ex.Expression]
@@ -105,7 +105,7 @@ def _by_distance(task: Placing) -> list[BranchSolution]:
             if three.prismatic:
                 elbow = bend / task.size
             else:
-                sense = ex.if_else(ex.dot(two.w, three.w) < -1e-9, -1, 1)
+                sense = ex.if_else(ex.dot(two.w, three.w) < -MISSED, -1, 1)
                 elbow = ex.if_else(shoulder < 0, -1, 1) * sense * bend / task.size**2
             arm = start_line((pair.first.turn, pair.second.turn), (pair.first.free, pair.second.free), short, why)
             arm = arm.followed_by((third,), (free,), pair.first.residual, FailedStep.DIRECTION.value)
@@ -165,7 +165,8 @@ def _by_quartic(task: Placing) -> list[BranchSolution]:
         columns = (one.velocity(middle), two.velocity(middle), two.vector(three.velocity(reached), motions[1]))
         determinant = triple(*columns) / task.size**revolute
         residual = norm(one.point(middle, motions[0]) - task.goal)
-        arm = start_line(motions, free, ex.if_else(residual > 1e-9 * task.size, residual, 0), FailedStep.TOO_FAR.value)
+        short = ex.if_else(residual > MISSED * task.size, residual, 0)
+        arm = start_line(motions, free, short, FailedStep.TOO_FAR.value)
         arms.append(replace(arm, branch_margins=(None, determinant, None)))
     return arms
 

@@ -12,7 +12,7 @@ from math import pi
 import mafsil.expression as ex
 from mafsil.algebra.subproblems import Turn, zero_turn
 from mafsil.kernels.tape import Tape, read
-from mafsil.mechanics.arm_pattern import FARTHEST, FIRST_JOINTS, MERGED, WRIST_JOINTS, ArmPattern
+from mafsil.mechanics.arm_pattern import FARTHEST, FIRST_JOINTS, INSIDE, MERGED, WHOLE_TURN, WRIST_JOINTS, ArmPattern
 from mafsil.mechanics.closed_form.arm import Arm, branch_solutions
 from mafsil.mechanics.closed_form.decision import Row, solution_bits
 from mafsil.mechanics.closed_form.line import BranchSolution, Geometry, constants
@@ -243,10 +243,10 @@ def wound_angle(x: ex.Expression, preferences: Preferences, i: int) -> ex.Expres
     turn = 2 * pi
     lower, upper = preferences.lower[i], preferences.upper[i]
     moved = x - turn * ex.floor((x - preferences.q0[i]) / turn + 0.5)
-    up = ex.if_else(moved < lower, ex.ceil((lower - moved) / turn - 1e-12), 0)
-    down = ex.if_else(moved > upper, ex.ceil((moved - upper) / turn - 1e-12), 0)
+    up = ex.if_else(moved < lower, ex.ceil((lower - moved) / turn - WHOLE_TURN), 0)
+    down = ex.if_else(moved > upper, ex.ceil((moved - upper) / turn - WHOLE_TURN), 0)
     shifted = moved + turn * (up - down)
-    inside = ex.logic_and(shifted >= lower - 1e-12, shifted <= upper + 1e-12)
+    inside = ex.logic_and(shifted >= lower - INSIDE, shifted <= upper + INSIDE)
     return ex.if_else(inside, shifted, moved)
 
 

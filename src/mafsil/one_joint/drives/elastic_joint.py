@@ -26,6 +26,7 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
 from mafsil.one_joint.rows import RowAnswer, above_zero, check_batch, finite, magnitude, together
+from mafsil.one_joint.tolerances import SOFTEST
 
 Side = Literal["motor", "link"]
 SAFE_SHARE = 0.5
@@ -144,7 +145,7 @@ class ElasticJoint:
             side: where position and speed are measured.
         """
         D = magnitude("kd", kd) + np.zeros_like(self.stiffness)
-        low, high = np.zeros_like(D), np.full_like(D, 1e-6) * self.stiffness
+        low, high = np.zeros_like(D), np.full_like(D, SOFTEST) * self.stiffness
         for _ in range(80):
             fine = self.pd_loop(high, D, side).stability().stable
             low, high = np.where(fine, high, low), np.where(fine, 4.0 * high, high)

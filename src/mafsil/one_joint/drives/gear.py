@@ -15,6 +15,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.rows import above_zero, check_batch, finite, magnitude, share, together
+from mafsil.one_joint.tolerances import ROUNDOFF
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -151,7 +152,7 @@ def staged_efficiency(ratio: ArrayLike, stage_ratio: ArrayLike = 10.0, stage_eff
         stage_efficiency=share("stage_efficiency", stage_efficiency),
     )
     above_zero("stage_ratio - 1", stage - 1.0)
-    count = np.ceil(np.log(np.maximum(G, 1.0)) / np.log(stage) - 1e-12)
+    count = np.ceil(np.log(np.maximum(G, 1.0)) / np.log(stage) - ROUNDOFF)
     return eta**count
 
 
