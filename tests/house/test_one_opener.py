@@ -30,6 +30,7 @@ OURS = {
     "report/page.py": "our own template",
     "report/results.py": "writes",
     "messages/catalogue.py": "our own sentences",
+    "cli/registry.py": "our own table of commands",
     "cli/run.py": "our own example",
     "cli/main.py": "the end of a pipe",
     "simulation/live_log.py": "writes",
