@@ -35,6 +35,8 @@ RULES = {
 _BY_TABLE = {"fk": derive_fk, "jacobian": derive_jacobian}
 _WRITE = {"text": to_text, "latex": to_latex, "html": to_html}
 _ENDINGS = {".tex": "latex", ".html": "html", ".htm": "html"}
+
+
 def derive(
     what: str,
     robot: str,
@@ -196,5 +198,3 @@ def _table_data(found: DHTable) -> dict[str, Any]:
         "tool": found.tool,
         "residual": found.residual,
     }
-
-
