@@ -80,7 +80,7 @@ for package, name in {shared!r}:
     if getattr(sys.modules[package], name) is module:
         print(package, name)
 """
-    assert len(shared) > 50
+    assert len(shared) > 40
     assert _lines(code) == []
 
 

@@ -31,6 +31,7 @@ OURS = {
     "report/results.py": "writes",
     "messages/catalogue.py": "our own sentences",
     "control/analysis/explanation.py": "our own formulas, and the works behind them",
+    "cli/registry.py": "our own table of commands",
     "cli/run.py": "our own example",
     "cli/main.py": "the end of a pipe",
     "simulation/live_log.py": "writes",
