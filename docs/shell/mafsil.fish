@@ -246,7 +246,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from design' -l lang
 complete -c mafsil -n '__fish_seen_subcommand_from design' -l no-color
 complete -c mafsil -n '__fish_seen_subcommand_from design' -l debug
 complete -c mafsil -n '__fish_seen_subcommand_from design' -l help
-complete -c mafsil -n '__fish_seen_subcommand_from design' -a 'robot tasks payload accuracy allocate drives search'
+complete -c mafsil -n '__fish_seen_subcommand_from design' -a 'robot tasks report payload accuracy allocate drives search'
 complete -c mafsil -n __fish_use_subcommand -a singularity -d 'singularity of a configuration: rank, cause, lost motions, wrenches carried by the structure'
 complete -c mafsil -n '__fish_seen_subcommand_from singularity' -l task
 complete -c mafsil -n '__fish_seen_subcommand_from singularity' -l tip

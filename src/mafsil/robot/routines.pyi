@@ -395,6 +395,31 @@ class Routines:
         Reference: Lynch & Park, Modern Robotics, sec. 8.1.2
         """
 
+    def mass_matrix(
+        self,
+        q: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Mass matrix, symmetric: kinetic energy qd' M qd / 2.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            M (*batch, n, n) [kg m^2 | kg m | kg].
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 6.2
+        """
+
     def forward_dynamics(
         self,
         q: ArrayLike,
@@ -424,58 +449,6 @@ class Routines:
             InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
 
         Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 6.5 and 7.3
-        """
-
-    def forward_kinematics(
-        self,
-        q: ArrayLike,
-        *,
-        frame: str | None = None,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Pose of the tip frame, or of a named link's frame, in the space frame {s}.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            frame: name of the link whose frame is meant; the tip frame if None.
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            T_sf (*batch, 4, 4) [1, m], expressed in {s}.
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Lynch & Park, Modern Robotics, sec. 4.1
-        """
-
-    def link_poses(
-        self,
-        q: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Poses of all links in the space frame {s}, in the order of `mechanism.links`.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            T_sl (*batch, L, 4, 4) [1, m], expressed in {s}.
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Lynch & Park, Modern Robotics, sec. 4.1
         """
 
     def inverse_dynamics(
@@ -563,6 +536,118 @@ class Routines:
             InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
 
         Reference: Lynch & Park, Modern Robotics, sec. 8.1
+        """
+
+    def regressor(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Efforts per inertial parameter of each link (m, h, Ixx, Iyy, Izz, Ixy, Ixz, Iyz), in the links' frames.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            Y (*batch, n, L, 10) [m/s^2, 1/s^2 and so on].
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Atkeson, An & Hollerbach 1986
+        """
+
+    def payload_regressor(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        *,
+        frame: str | None = None,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Efforts per inertial parameter of a body fixed to the tip frame, or to a named link's frame.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            qd: (*batch, n) joint rates [rad/s | m/s].
+            qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
+            frame: name of the link whose frame is meant; the tip frame if None.
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            Y_f (*batch, n, 10) [m/s^2, 1/s^2 and so on], expressed in the frame itself.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Atkeson, An & Hollerbach 1986
+        """
+
+    def forward_kinematics(
+        self,
+        q: ArrayLike,
+        *,
+        frame: str | None = None,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Pose of the tip frame, or of a named link's frame, in the space frame {s}.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            frame: name of the link whose frame is meant; the tip frame if None.
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            T_sf (*batch, 4, 4) [1, m], expressed in {s}.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Lynch & Park, Modern Robotics, sec. 4.1
+        """
+
+    def link_poses(
+        self,
+        q: ArrayLike,
+        *,
+        out: Floats | None = None,
+        threads: int | None = None,
+        degrees: bool = False,
+    ) -> Floats:
+        """Poses of all links in the space frame {s}, in the order of `mechanism.links`.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            out: array for the result.
+            threads: how many threads share a large batch; all cores if None.
+            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
+
+        Returns:
+            T_sl (*batch, L, 4, 4) [1, m], expressed in {s}.
+
+        Raises:
+            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
+
+        Reference: Lynch & Park, Modern Robotics, sec. 4.1
         """
 
     def jacobian_space(
@@ -869,89 +954,4 @@ class Routines:
             InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
 
         Reference: Lynch & Park, Modern Robotics, eq. 8.53
-        """
-
-    def mass_matrix(
-        self,
-        q: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Mass matrix, symmetric: kinetic energy qd' M qd / 2.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            M (*batch, n, n) [kg m^2 | kg m | kg].
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 6.2
-        """
-
-    def regressor(
-        self,
-        q: ArrayLike,
-        qd: ArrayLike,
-        qdd: ArrayLike,
-        *,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Efforts per inertial parameter of each link (m, h, Ixx, Iyy, Izz, Ixy, Ixz, Iyz), in the links' frames.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            qd: (*batch, n) joint rates [rad/s | m/s].
-            qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            Y (*batch, n, L, 10) [m/s^2, 1/s^2 and so on].
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Atkeson, An & Hollerbach 1986
-        """
-
-    def payload_regressor(
-        self,
-        q: ArrayLike,
-        qd: ArrayLike,
-        qdd: ArrayLike,
-        *,
-        frame: str | None = None,
-        out: Floats | None = None,
-        threads: int | None = None,
-        degrees: bool = False,
-    ) -> Floats:
-        """Efforts per inertial parameter of a body fixed to the tip frame, or to a named link's frame.
-
-        Args:
-            q: (*batch, n) joint coordinates [rad | m].
-            qd: (*batch, n) joint rates [rad/s | m/s].
-            qdd: (*batch, n) joint accelerations [rad/s^2 | m/s^2].
-            frame: name of the link whose frame is meant; the tip frame if None.
-            out: array for the result.
-            threads: how many threads share a large batch; all cores if None.
-            degrees: joint coordinates, rates and accelerations are given in degrees; all else stays SI.
-
-        Returns:
-            Y_f (*batch, n, 10) [m/s^2, 1/s^2 and so on], expressed in the frame itself.
-
-        Raises:
-            InputError: a wrong shape, or NaN or infinity in a single call; in a batch such rows become NaN.
-
-        Reference: Atkeson, An & Hollerbach 1986
         """

@@ -35,7 +35,13 @@ RANGES = 4
 
 @compiled
 def is_outside(states: Floats, limits: Floats, i: int) -> bool:
-    """Whether a target is not within its limits, or cannot have been reached from within them."""
+    """Whether a target is not within its limits, or cannot have been reached from within them.
+
+    Args:
+        states: (k, 6) position, velocity and acceleration of each start and its target.
+        limits: (k, 6) bounds of velocity, of acceleration and of jerk, lower and upper.
+        i: the row.
+    """
     v, a = states[i, 4], states[i, 5]
     if a == 0.0:
         return v != 0.0 and not _keep(v, limits[i, 0], limits[i, 1])
