@@ -109,7 +109,7 @@ def test_figure_5_4() -> None:
         assert abs(x @ z) > 1e-3 or abs(np.cross(x, z) @ T[:3, 3]) > 1e-3
         assert artist_points(figure, "frames", name)[1] == pytest.approx(T[:3, 3])
     assert not figure.objects["fits"]["ab"]
-    assert mf.model.dh_link.link_fit(table([(0.3, 0.5, 0.2, 1.0)]))
+    assert mf.model.dh_frames.link_fit(table([(0.3, 0.5, 0.2, 1.0)]))
 
 
 @pytest.mark.capability("12-62")

@@ -55,7 +55,7 @@ def pins(*points: Sequence[float]) -> Floats:
     return np.array([[1.0, y, -x] for x, y in points]).T
 
 
-def closed(A: ArrayLike) -> bool:
+def is_closed(A: ArrayLike) -> bool:
     """Whether the columns give force closure."""
     return bool(closure(np.asarray(A, float)))
 

@@ -193,14 +193,14 @@ def readings_of(
     found = list(_meanings({name: x for name, x in own.items() if name in used}, arm.letters))
     for meaning in found or [None]:
         known = {spelled[name] for name in used if name in spelled}
-        letters = _vary(arm.letters, _fixed(arm.letters, meaning, known, typed), len(q), kept, rng)
+        letters = _vary(arm.letters, _constant_letters(arm.letters, meaning, known, typed), len(q), kept, rng)
         theirs = {name: (-1 if m[0] == "-" else 1) * letters[m.lstrip("-")] for name, m in (meaning or {}).items()}
         names = {**{text: letters[name] for text, name in spelled.items()}, **own, **theirs, **coordinates}
         lengths = [text for text, name in spelled.items() if not name.startswith(_ANGLES)]
         yield Reading(LetteredArm(arm, letters), q, names, (*own, *(text for text in lengths if "_" not in text)))
 
 
-def _fixed(
+def _constant_letters(
     letters: Mapping[str, float], meaning: Mapping[str, str] | None, known: set[str], typed: set[float]
 ) -> set[str]:
     """Letters that keep their numbers in other arms: angles, lengths typed as numbers; all of them without meaning."""

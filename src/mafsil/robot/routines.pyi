@@ -7,12 +7,17 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.quantity import Quantity
+from mafsil.model import Mechanism
 
 def signature_of(row: Quantity) -> Signature: ...
 
 class Routine(lazy[Any]):
     row: Quantity
     def __init__(self, row: Quantity) -> None: ...
+
+class Motionless:
+    def __init__(self, mechanism: Mechanism, name: str) -> None: ...
+    def __call__(self, q: ArrayLike, *, frame: str | None = None, out: Floats | None = None) -> Floats: ...
 
 class Routines:
     def centroidal_momentum_matrix(

@@ -22,6 +22,13 @@ EXACT = 1e-18
 """Change of the sum of squares, over itself, that ends the search."""
 
 
+def _optimiser(name: str) -> Any:
+    """Of SciPy, whose results carry no types and which is long to load."""
+    import scipy.optimize
+
+    return getattr(scipy.optimize, name)
+
+
 @dataclass(frozen=True, eq=False)
 class LinearAnswer:
     """Optimum of a linear program.
@@ -81,9 +88,7 @@ def minimise(
         MafsilError: unbounded, or HiGHS gave up.
     """
     bounds = [(0.0, None)] * (len(c) - free) + [(None, None)] * free
-    import scipy.optimize
-
-    solve: Any = scipy.optimize.linprog  # its result carries no types
+    solve = _optimiser("linprog")
     found: Any = solve(c, A_ub=G, b_ub=h, A_eq=A, b_eq=b, bounds=bounds, method="highs")
     if found.status == 2:
         return None
@@ -134,9 +139,7 @@ def bounded_least_squares(A: Floats, b: Floats, lower: Floats, upper: Floats) ->
     """
     # The search asks for room between the bounds.
     above = np.where(upper > lower, upper, lower + 1e-12 * max(float(np.abs(lower).max(initial=0.0)), 1.0))
-    import scipy.optimize
-
-    solve: Any = scipy.optimize.lsq_linear  # carries no types
+    solve = _optimiser("lsq_linear")
     found = np.asarray(solve(A, b, (lower, above), method="bvls", tol=EXACT).x, dtype=np.float64)
     return np.clip(found, lower, upper)
 
@@ -173,7 +176,5 @@ def least_distance(H: Floats, need: Floats) -> tuple[Floats, Floats]:
 
 def _non_negative(A: Floats, b: Floats) -> Floats:
     """The least-squares solution of A x = b with x >= 0."""
-    import scipy.optimize
-
-    solve: Any = scipy.optimize.nnls  # carries no types
+    solve = _optimiser("nnls")
     return np.asarray(solve(A, b)[0], dtype=np.float64)

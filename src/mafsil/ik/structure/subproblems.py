@@ -16,12 +16,12 @@ from mafsil.floating_point import EPS
 from mafsil.geometry.membership import Declared
 from mafsil.ik.tolerances import SAME_SUBPROBLEM
 
-_distances = Declared("subproblem_angles.distances", "w:3 r:3 p:3 o:3 distance", "table:2,3")
-_two_axes = Declared("subproblem_angles.two_axes", "w1:3 w2:3 p:3 z:3", "table:2,5")
-_heights = Declared("subproblem_angles.heights", "w:3 h:3 p:3 height", "table:2,3")
-_wrist = Declared("subproblem_angles.wrist", "w4:3 w5:3 w6:3 R:3,3", "table:2,5")
-_three_axes = Declared("subproblem_angles.three_axes", "k1:3 k2:3 k3:3 p0:3 p1:3 p2:3 p3:3", "table:4,5")
-_circles = Declared("subproblem_angles.circles", "A:2,2 B:2,2 b:2", "table:4,4")
+_distances = Declared("subproblem_quartics.distances", "w:3 r:3 p:3 o:3 distance", "table:2,3")
+_two_axes = Declared("subproblem_quartics.two_axes", "w1:3 w2:3 p:3 z:3", "table:2,5")
+_heights = Declared("subproblem_quartics.heights", "w:3 h:3 p:3 height", "table:2,3")
+_wrist = Declared("subproblem_quartics.wrist", "w4:3 w5:3 w6:3 R:3,3", "table:2,5")
+_three_axes = Declared("subproblem_quartics.three_axes", "k1:3 k2:3 k3:3 p0:3 p1:3 p2:3 p3:3", "table:4,5")
+_circles = Declared("subproblem_quartics.circles", "A:2,2 B:2,2 b:2", "table:4,4")
 
 
 class Angles(NamedTuple):

@@ -23,9 +23,7 @@ from mafsil.trajectory.tolerances import GIVEN
 
 if TYPE_CHECKING:
     import mafsil.trajectory.jerk.online_loops as online_loops
-    import mafsil.trajectory.jerk.plan_loops as plan_loops
 else:
-    plan_loops = lazily("mafsil.trajectory.jerk.plan_loops")
     online_loops = lazily("mafsil.trajectory.jerk.online_loops")
 
 
