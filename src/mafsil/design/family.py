@@ -27,13 +27,11 @@ from mafsil.robot import Robot
 if TYPE_CHECKING:
     import mafsil.expression as ex
     import mafsil.mechanics.quantities.inverse_dynamics as inverse_dynamics
-    import mafsil.mechanics.quantities.kinematics as forward_kinematics
-    import mafsil.mechanics.quantities.kinematics as jacobian
+    import mafsil.mechanics.quantities.kinematics as kinematics
 else:
+    kinematics = lazily("mafsil.mechanics.quantities.kinematics")
     ex = lazily("mafsil.expression")
-    forward_kinematics = lazily("mafsil.mechanics.quantities.kinematics")
     inverse_dynamics = lazily("mafsil.mechanics.quantities.inverse_dynamics")
-    jacobian = lazily("mafsil.mechanics.quantities.kinematics")
 
 RANK = 1e-9
 """Singular values below this share of the largest entry are none."""
@@ -233,9 +231,7 @@ def _pose(kinds: Kinds) -> Any:
     n = len(kinds)
     q, places = ex.symbol("q", n), ex.symbol("places", 12 * (n + 1))
     tree = _tree(kinds, places)
-    T, J = (
-        build(tree, q, tree.tip) for build in (forward_kinematics.forward_kinematics_inward, jacobian.jacobian_body)
-    )
+    T, J = (build(tree, q, tree.tip) for build in (kinematics.forward_kinematics_inward, kinematics.jacobian_body))
     return ex.Function("design_pose", [q, places], [ex.vec(T.T), ex.vec(J.T)], cse=True)
 
 

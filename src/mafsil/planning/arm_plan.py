@@ -21,10 +21,8 @@ from mafsil.planning.outcome import Plan, PlanningStatus
 
 if TYPE_CHECKING:
     import mafsil.planning.path_optimisation as path_optimisation
-    import mafsil.planning.path_optimisation as rounding
     from mafsil.planning.path_optimisation import Descent
 else:
-    rounding = lazily("mafsil.planning.path_optimisation")
     path_optimisation = lazily("mafsil.planning.path_optimisation")
 
 if TYPE_CHECKING:
@@ -139,7 +137,7 @@ class ArmPlan(Plan):
             raise InputError("planning.no_path", why=self.explain())
         if not 0.0 <= share <= 0.5:
             raise InputError("input.range", name="share", value=share, low=0.0, high=0.5)
-        return rounding.round_corners(self.checker, self.path, share, self.kept)
+        return path_optimisation.round_corners(self.checker, self.path, share, self.kept)
 
     def time_optimal(self, limits: MotionLimits, *, share: float = 0.5) -> TimeOptimal:
         """The rounded path in the shortest time within limits: free at every moment, for it is the same path.

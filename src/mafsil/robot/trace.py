@@ -17,12 +17,10 @@ if TYPE_CHECKING:
     import mafsil.expression as ex
     import mafsil.mechanics.body_tree as body_tree
     import mafsil.mechanics.frame_choice as frame_choice
-    import mafsil.mechanics.frame_choice as regrouping
 else:
     ex = lazily("mafsil.expression")
     body_tree = lazily("mafsil.mechanics.body_tree")
     frame_choice = lazily("mafsil.mechanics.frame_choice")
-    regrouping = lazily("mafsil.mechanics.frame_choice")
 
 
 def signature(mechanism: Mechanism, quantity: Quantity, optional: tuple[str, ...] = ()) -> Signature:
@@ -72,7 +70,7 @@ def trace_fused(
 ) -> Function:
     """Several quantities as one function: what they have in common is there once; arguments as in `trace`."""
     tree = frame_choice.in_chosen_frames(body_tree.lump_bodies(mechanism))
-    light = regrouping.regroup(tree)
+    light = frame_choice.regroup(tree)
     ports = joint_signature(mechanism, quantities, optional)
     symbols = {port.name: ex.symbol(port.name, port.size) for port in ports.inputs}
     names = [row.name for row in quantities]

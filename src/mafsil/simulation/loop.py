@@ -25,7 +25,6 @@ from mafsil.simulation.scenario import Scenario
 
 if TYPE_CHECKING:
     import mafsil.simulation.fused as fused_loop
-    import mafsil.simulation.fused as fused_run
     import mafsil.simulation.rigid_run as rigid_run
     import mafsil.simulation.varied_run as varied_run
     from mafsil.control.laws import LawMemory
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
 else:
     fused_loop = lazily("mafsil.simulation.fused")
     varied_run = lazily("mafsil.simulation.varied_run")
-    fused_run = lazily("mafsil.simulation.fused")
     rigid_run = lazily("mafsil.simulation.rigid_run")
 
 
@@ -90,7 +88,7 @@ def simulate(
         raise InputError("simulation.fused_clock")
     began = perf_counter()
     kinds = (
-        (Run, fused_run.FusedRun) if scenario.variants is None else (varied_run.VariedRun, varied_run.VariedFusedRun)
+        (Run, fused_loop.FusedRun) if scenario.variants is None else (varied_run.VariedRun, varied_run.VariedFusedRun)
     )
     kind = kinds[clock is None and _is_fused(scenario, fused)]
     run = rigid_run.RigidRun(scenario) if isinstance(scenario.true_plant, RigidPlant) else kind(scenario)

@@ -23,12 +23,10 @@ from mafsil.model.mechanism import JointLimits
 if TYPE_CHECKING:
     import mafsil.ik.redundant.cell_loops as cell_loops
     import mafsil.ik.redundant.interval_loops as interval_loops
-    import mafsil.ik.redundant.interval_loops as loops
     import mafsil.mechanics.closed_form.table as locked_joint
 else:
     cell_loops = lazily("mafsil.ik.redundant.cell_loops")
     interval_loops = lazily("mafsil.ik.redundant.interval_loops")
-    loops = lazily("mafsil.ik.redundant.interval_loops")
     locked_joint = lazily("mafsil.mechanics.closed_form.table")
 
 
@@ -191,16 +189,16 @@ def programs(pattern: ArmPattern, locked: int, near: tuple[float, ...]) -> Progr
         near: (n,) what free joints take.
     """
     names = ("add", "sub", "mul", "div", "neg", "sqrt", "sin", "cos", "fabs", "fmin", "fmax", "lt", "le", "not")
-    numbers = {name: getattr(loops, name.upper()) for name in names}
-    numbers |= {"if_else_zero": loops.IF, "sign": loops.SIGN, "atan2": loops.ATAN2}
+    numbers = {name: getattr(interval_loops, name.upper()) for name in names}
+    numbers |= {"if_else_zero": interval_loops.IF, "sign": interval_loops.SIGN, "atan2": interval_loops.ATAN2}
     # Of zeros and ones the smaller and the larger.
-    numbers |= {"and": loops.FMIN, "or": loops.FMAX}
+    numbers |= {"and": interval_loops.FMIN, "or": interval_loops.FMAX}
     tape = locked_joint.locked_joint_tape(pattern, locked, near)
     if any(node.op not in numbers and node.op not in ("input", "const") for node in tape.nodes):
         return None
     moving = _moving(tape)
     place = {i: k for k, i in enumerate(i for i in range(len(tape.nodes)) if not moving[i])}
-    codes = [_code(numbers, node, loops.SQ) for node in tape.nodes]
+    codes = [_code(numbers, node, interval_loops.SQ) for node in tape.nodes]
     branches = tuple(_branch(tape, port, moving, place, codes) for port in tape.outputs)
     return Programs(_fix(tape, place, codes), branches)
 

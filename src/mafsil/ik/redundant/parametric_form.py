@@ -23,11 +23,9 @@ from mafsil.messages import say
 from mafsil.messages.tables import on_screen, table
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.closed_form.parametric as function
     import mafsil.mechanics.closed_form.parametric as parametric
     from mafsil.kernels import Kernel
 else:
-    function = lazily("mafsil.mechanics.closed_form.parametric")
     parametric = lazily("mafsil.mechanics.closed_form.parametric")
 
 
@@ -132,7 +130,7 @@ def _compile(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port,
 
 def _build(pattern: Pattern, kind: str, numbers: Numbers) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
-    return function.parametric_function(pattern, kind, parametric.Thresholds(*numbers))
+    return parametric.parametric_function(pattern, kind, parametric.Thresholds(*numbers))
 
 
 class ParameterStatus(Status):

@@ -36,10 +36,8 @@ from mafsil.model.fingerprint import fingerprint
 from mafsil.robot import Robot
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.hamiltonian as discrete_lagrangian
     import mafsil.mechanics.hamiltonian as hamiltonian
 else:
-    discrete_lagrangian = lazily("mafsil.mechanics.hamiltonian")
     hamiltonian = lazily("mafsil.mechanics.hamiltonian")
 
 
@@ -172,7 +170,7 @@ def hamiltonian_kernel(mechanism: Mechanism) -> Kernel:
 
 @lru_cache(maxsize=64)
 def variational_kernel(mechanism: Mechanism) -> Kernel:
-    """(q0, p0, v, load, h) to 3 n numbers; see `mechanics.discrete_lagrangian`."""
+    """(q0, p0, v, load, h) to 3 n numbers; see `mechanics.hamiltonian.discrete_function`."""
     n = mechanism.n
     inputs = (*(Port(name, (n,)) for name in ("q0", "p0", "v", "load")), Port("h"))
     return _compile("variational_step", mechanism, inputs, 3 * n, variational_kernel)
@@ -190,7 +188,8 @@ def _compile(name: str, mechanism: Mechanism, inputs: tuple[Port, ...], size: in
 
 def _build(name: str, mechanism: Mechanism) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
-    return {"hamiltonian_field": hamiltonian, "variational_step": discrete_lagrangian}[name].function(mechanism)
+    make = hamiltonian.function if name == "hamiltonian_field" else hamiltonian.discrete_function
+    return make(mechanism)
 
 
 @dataclass(frozen=True, eq=False)
