@@ -27,7 +27,7 @@ from mafsil.performance import (
 )
 from mafsil.performance.dexterity import least_joint_rate, torque_along
 from mafsil.performance.singularities import rank_of_screws
-from mafsil.performance.statics import LinkLoad, generalized_force, payload, pinned_arm
+from mafsil.performance.statics import LinkLoad, generalized_force, pinned_arm, work_along
 from mafsil.performance.velocity import symbolic_jacobian_by_inspection
 
 Q = np.array([0.3, -0.4, 0.25, 0.7, -0.5, 0.6])
@@ -171,15 +171,15 @@ def test_work_of_moments_and_forces():
     def at(s):
         return screw.displacement(S, s) @ T_0
 
-    exact = payload.of_carried_wrench(S, theta, T_0, F_b)
-    found = payload.along(lambda s: F_b, lambda s: twist.transform(pose.inverse(at(s)), S), 0.0, theta)
+    exact = work_along.of_carried_wrench(S, theta, T_0, F_b)
+    found = work_along.along(lambda s: F_b, lambda s: twist.transform(pose.inverse(at(s)), S), 0.0, theta)
     assert found.value == pytest.approx(exact.value, abs=1e-10)
     assert abs(found.value - exact.value) <= found.error + exact.error
-    exact = payload.of_fixed_force(S, theta, T_0, f, mark)
-    found = payload.along(lambda s: wrench.from_force(pose.act(at(s), mark), f), lambda s: S, 0.0, theta)
+    exact = work_along.of_fixed_force(S, theta, T_0, f, mark)
+    found = work_along.along(lambda s: wrench.from_force(pose.act(at(s), mark), f), lambda s: S, 0.0, theta)
     assert found.value == pytest.approx(exact.value, abs=1e-10)
-    exact = payload.of_fixed_couple(S, theta, m)
-    found = payload.along(lambda s: wrench.from_couple(m), lambda s: S, 0.0, theta)
+    exact = work_along.of_fixed_couple(S, theta, m)
+    found = work_along.along(lambda s: wrench.from_couple(m), lambda s: S, 0.0, theta)
     assert found.value == pytest.approx(exact.value, abs=1e-10)
 
 
