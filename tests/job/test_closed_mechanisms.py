@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -186,10 +187,8 @@ def test_a_stewart_platform_in_a_file_is_a_robot(tmp_path):
         np.testing.assert_allclose(platform.inverse_kinematics(T) - drawn, q[chain.actuated], atol=1e-8)
 
 
-def test_a_parallel_robot_of_another_kind_is_refused(tmp_path):
-    (tmp_path / "bars.toml").write_text(
-        'kind = "five_bar"\ncrank_1 = 0.3\nrod_1 = 0.5\nrod_2 = 0.5\ncrank_2 = 0.3\nground = 0.4\n'
-    )
-    text = DELTA.replace("delta.toml", "bars.toml")
-    with pytest.raises(MafsilError, match="'delta' and 'stewart' can"):
+def test_a_robot_that_hangs_in_cables_is_refused(tmp_path):
+    shutil.copy(Path(__file__).resolve().parents[2] / "examples/parallel/crane.toml", tmp_path)
+    text = DELTA.replace("delta.toml", "crane.toml")
+    with pytest.raises(MafsilError, match="'cable' cannot be loaded as a robot of joints"):
         solve(parse_job(text, "job.toml"), text, tmp_path)
