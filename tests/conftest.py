@@ -28,6 +28,9 @@ os.environ.setdefault("MAFSIL_CACHE", str(Path(tempfile.gettempdir()) / f"mafsil
 # Tests start hundreds of interpreters; each would translate all modules anew, for a second.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+# Each worker has one core: threads of BLAS that wait for the core of another one took thirty times the time.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 SHAPED = ("mafsil.geometry", "mafsil.robot", "mafsil.trajectory")
 """Packages whose annotated shapes `--check-shapes` checks."""
 

@@ -104,7 +104,7 @@ def test_a_mimic_pair_is_held_together_by_either_member(held):
     [
         ({"left": 0.03, "right": 0.02}, ModelError, "dh.lock_contradiction"),
         ({"lfet": 0.03}, ModelError, "dh.lock_unknown"),
-        ({"left": np.nan}, InputError, "input.finite"),
+        ({"left": np.nan}, InputError, "input.finite_alone"),
         ([("left", 0.0)], InputError, "input.kind"),
     ],
 )
@@ -127,7 +127,7 @@ def test_follower_that_never_moves_cannot_set_its_leader():
         (lambda r: r.with_payload(-1.0), "input.range"),
         (lambda r: r.with_payload(1.0, inertia=np.diag([1.0, 1.0, 9.0])), "dynamics.moments"),
         (lambda r: r.with_payload(1.0, link="tip"), "model.no_such_link"),
-        (lambda r: r.with_payload(np.nan), "input.finite"),
+        (lambda r: r.with_payload(np.nan), "input.finite_alone"),
         (lambda r: r.with_tool(np.diag([1.0, 1.0, -1.0, 1.0])), "geometry.improper"),
         (lambda r: r.with_tool([0, 0]), "input.shape"),
     ],

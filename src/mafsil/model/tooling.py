@@ -100,7 +100,7 @@ def _coordinates(joints: tuple[Joint, ...], coordinates: Mapping[str, float]) ->
 def _number(name: str, given: float) -> float:
     value = real_array(name, given)
     if value.size != 1 or not abs(float(value.reshape(-1)[0])) < float("inf"):
-        raise InputError("input.finite", name=name, value=given, index=())
+        raise InputError("input.finite_alone", name=name, value=given)
     return float(value.reshape(-1)[0])
 
 
