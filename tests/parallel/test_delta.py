@@ -101,7 +101,7 @@ def test_three_rps_is_found_by_its_legs():
 def test_rods_miss_a_place_by_as_much_as_the_best_angle_of_the_crank_leaves(robot, dimension):
     places = np.random.default_rng(4).uniform(-2.0, 2.0, (200, dimension))
     found = robot.inverse_kinematics(places)
-    assert found.status is pa.planar.motor_angles.MotorAnglesStatus.SOME
+    assert found.status is pa.planar.five_bar.MotorAnglesStatus.SOME
     assert np.isfinite(found.q).all()
     fits = found.misfit == 0
     assert 0.05 < fits.mean() < 0.95

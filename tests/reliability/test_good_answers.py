@@ -24,7 +24,7 @@ from tests.sizes import size
 ROWS = {**arms.ROWS, **mechanisms.ROWS, **searches.ROWS}
 
 ELSEWHERE = {
-    "tests/book": "Assessment",
+    "tests/book": "Assessment Erratum",
     "tests/cli": "ResultsComparison",
     "tests/collision": "CollisionCheck Clearance PathCheck",
     "tests/control": (

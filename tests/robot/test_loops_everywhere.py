@@ -41,6 +41,7 @@ CLOSED = {
     "mafsil.figures.plot_mechanism": "drawn closed: test_pictures_are_of_closed_loops below",
     "mafsil.figures.plot_response": "draws recorded coordinates: tests/simulation/test_closed_loops.py records them",
     "mafsil.job.bench_laws": "drives jobs, which keep loops closed: tests/job/test_closed_mechanisms.py",
+    "mafsil.job.driving.simulate_plan": "drives a planned job: tests/job/test_closed_mechanisms.py",
     "mafsil.mobility.linkage_of": "closes the loops: tests/mobility/test_mobility.py",
     "mafsil.model.with_loops": "adds loops to a description",
     "mafsil.model.with_skeleton": "adds shapes to a description",
