@@ -38,9 +38,9 @@ def is_outside(states: Floats, limits: Floats, i: int) -> bool:
     """Whether a target is not within its limits, or cannot have been reached from within them.
 
     Args:
-        states: (k, 6) position, velocity and acceleration of each start and its target.
-        limits: (k, 6) bounds of velocity, of acceleration and of jerk, lower and upper.
-        i: the row.
+        states: (n, 6) position, velocity and acceleration of the start and of the goal of each coordinate.
+        limits: (n, 6) bounds of velocity, of acceleration and of jerk, lower and upper.
+        i: the coordinate.
     """
     v, a = states[i, 4], states[i, 5]
     if a == 0.0:
@@ -82,7 +82,7 @@ def is_frozen(limits: Floats, i: int) -> bool:
 
 @compiled
 def stays(states: Floats, i: int, free: bool) -> bool:
-    """Whether a frozen coordinate need not change its velocity."""
+    """Whether a frozen coordinate need not change its velocity; arguments as of `is_outside`, `free` without a goal."""
     v = states[i, 1]
     if states[i, 2] != 0.0 or states[i, 5] != 0.0 or v != states[i, 4]:
         return False
