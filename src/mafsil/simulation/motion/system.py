@@ -161,6 +161,10 @@ def spread(name: str, value: Floats, shape: tuple[int, ...]) -> Floats:
         raise InputError("input.shape", name=name, expected=shape, got=value.shape, hint="") from None
 
 
+BUILDERS = {"hamiltonian_field": "function", "variational_step": "discrete_function"}
+"""Functions of `mechanics.hamiltonian` that make the kernels; their names are part of the keys in the store."""
+
+
 @lru_cache(maxsize=64)
 def hamiltonian_kernel(mechanism: Mechanism) -> Kernel:
     """(q, p) to (qd, pd), 2 n numbers, without outside efforts."""
@@ -180,7 +184,7 @@ def _compile(name: str, mechanism: Mechanism, inputs: tuple[Port, ...], size: in
     return kernels.compile(
         Signature(name, inputs, (Port(name, (size,)),)),
         partial(_build, name, mechanism),
-        key=f"{fingerprint(mechanism)} {name}",
+        key=f"{fingerprint(mechanism)} {BUILDERS[name]}",
         fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
         recipe=(recipe, (mechanism,)),
     )
@@ -188,8 +192,7 @@ def _compile(name: str, mechanism: Mechanism, inputs: tuple[Port, ...], size: in
 
 def _build(name: str, mechanism: Mechanism) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
-    make = hamiltonian.function if name == "hamiltonian_field" else hamiltonian.discrete_function
-    return make(mechanism)
+    return getattr(hamiltonian, BUILDERS[name])(mechanism)
 
 
 @dataclass(frozen=True, eq=False)
