@@ -42,6 +42,17 @@ def parsed_toml(text: str) -> dict[str, Any]:
         raise ValueError(say("input.toml_depth")) from None
 
 
+def own_tables(module: str, name: str = "") -> dict[str, Any]:
+    """The tables of a TOML file of this package.
+
+    Args:
+        module: path of the module beside which it lies, its `__file__`.
+        name: of the file; that of the module if empty.
+    """
+    place = Path(module)
+    return tomllib.loads((place.with_name(name) if name else place.with_suffix(".toml")).read_text("utf-8"))
+
+
 def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
     """The tables of a file of a mechanism.
 

@@ -22,8 +22,7 @@ from mafsil.book.figure import figure
 from mafsil.book.remarks import remark
 from mafsil.errors import InputError
 from mafsil.messages import direction, in_sentence, keys, say
-from mafsil.scene.modules import read
-from mafsil.toml_source import parsed_toml
+from mafsil.toml_source import own_tables
 from mafsil.typed_number import eastern
 
 AREA = "book_pages"
@@ -133,7 +132,7 @@ def _title(number: str, language: str | None) -> str:
 
 @cache
 def _pages() -> Mapping[str, Mapping[str, Any]]:
-    return cast("Mapping[str, Mapping[str, Any]]", parsed_toml(read("book/edition.toml")))
+    return cast("Mapping[str, Mapping[str, Any]]", own_tables(__file__))
 
 
 def sections() -> list[str]:

@@ -14,8 +14,7 @@ from mafsil.book.exercise import matrix_text
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
-from mafsil.scene.modules import read
-from mafsil.toml_source import parsed_toml
+from mafsil.toml_source import own_tables
 
 if TYPE_CHECKING:
     import mafsil.book.counterexamples as counterexamples
@@ -55,7 +54,7 @@ class Erratum(Entry):
 
 @cache
 def _data() -> Mapping[str, Mapping[str, str]]:
-    return cast("Mapping[str, Mapping[str, str]]", parsed_toml(read("book/errata.toml")))
+    return cast("Mapping[str, Mapping[str, str]]", own_tables(__file__))
 
 
 def errata(section: str = "") -> list[str]:

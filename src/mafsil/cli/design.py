@@ -197,16 +197,12 @@ def _robot(given: _File, arm: ParametricArm) -> Reply:
         say(
             "cli.design_part",
             joint=joint.name,
-            tube=_section(tube),
+            tube="-" if tube is None else tube.section,
             drive="-" if drive is None else f"{drive.mass:.4g}",
         )
         for joint, tube, drive in zip(robot.mechanism.joints, given.design.tubes, given.design.drives, strict=True)
     ]
     return {"mass": given.design.mass, "joints": robot.n}, [*str(robot).split("\n"), *parts], True, robot
-
-
-def _section(tube: Any) -> str:
-    return "-" if tube is None else f"{1e3 * tube.outer:.4g} x {1e3 * tube.wall:.4g} mm"
 
 
 def _payload(given: _File, arm: ParametricArm) -> Reply:

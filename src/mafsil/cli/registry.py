@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module, resources
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, cast
 
 from mafsil.cli.answer import Answer
 from mafsil.messages import LANGUAGES
+from mafsil.toml_source import own_tables
 
 Kind: TypeAlias = Literal["text", "path", "number", "count", "angle", "flag"]
 """What a parameter holds; an angle is a joint coordinate: radians or metres, degrees with a mark."""
@@ -112,7 +112,7 @@ def _parameters(table: Mapping[str, Any]) -> tuple[Parameter, ...]:
     return tuple(_parameter(name, words) for name, words in said.items() if name not in ("call", "serves"))
 
 
-_TABLES = tomllib.loads(resources.files("mafsil.cli").joinpath("commands.toml").read_text(encoding="utf-8"))
+_TABLES = own_tables(__file__, "commands.toml")
 
 COMMON = (
     Parameter("json", "flag", explained="cli.json"),

@@ -103,6 +103,11 @@ class Tube:
         return pi * self.wall * (self.outer - self.wall)
 
     @property
+    def section(self) -> str:
+        """Outer diameter and wall as drawings give them."""
+        return f"{1e3 * self.outer:.4g} x {1e3 * self.wall:.4g} mm"
+
+    @property
     def second_moment(self) -> float:
         """Of the area about a diameter [m^4]; the polar one is twice as large."""
         return pi / 64.0 * (self.outer**4 - (self.outer - 2.0 * self.wall) ** 4)

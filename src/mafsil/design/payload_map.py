@@ -43,8 +43,8 @@ class PayloadMap(Answer, data="robot plane at cell x y rpy payload limiting_join
         cell: edge of a cell [m].
         x, y: (X,), (Y,) middles of the cells [m].
         rpy: (K, 3) orientations of the tool in {s}; (0, 3) where any orientation counts, K = 1 then [rad].
-        payload: (X, Y, K) of the configuration that holds most [kg]; infinite without effort limits, zero where the
-            arm's own weight exceeds them in every configuration, NaN where none was found.
+        payload: (X, Y, K) of the configuration that holds most [kg]; infinite where no limited joint feels it, zero
+            where the arm's own weight exceeds the limits in every configuration, NaN where none was found.
         limiting_joint: (X, Y, K) which limit binds; -1 where none does or none was found.
         q: (X, Y, K, n) that configuration [rad | m]; NaN where none was found.
     """

@@ -42,6 +42,7 @@ from mafsil.model import Inertial
 from mafsil.model.loading import RobotLike
 from mafsil.performance.statics import largest_payload
 from mafsil.performance.velocity.scaling import ranges
+from mafsil.robot import Robot
 from mafsil.robot.compiled_robot import has_inertia
 
 SAMPLES = 25
@@ -126,6 +127,10 @@ class TaskSet:
         if columns == 6:
             T[..., :3, :3] = rotation.from_rpy(rows[..., 3:])
         return cls(T, "position" if columns == 3 else "pose", **given)
+
+    def loaded(self, robot: Robot) -> Robot:
+        """A robot with the payload at its tool."""
+        return robot.with_payload(self.payload, com=self.centre) if self.payload else robot
 
     def with_payload(self, arms: ArmNumbers) -> ArmNumbers:
         """Arms with the payload in their last body."""
@@ -242,7 +247,7 @@ def evaluate(
     q = np.where(reached[:, None], found.nearest, np.nan)
     here = np.where(reached[:, None], q, 0.0)
     hollow = np.where(reached, 1.0, np.nan)
-    loaded = robot.with_payload(tasks.payload, com=tasks.centre) if tasks.payload else robot
+    loaded = tasks.loaded(robot)
     flexible = FlexibleArm(design, payload=tasks.payload, centre=tasks.centre)
     rests = np.linalg.norm(flexible.deflection(here)[:, 3:], axis=1)
     collides = np.zeros(len(q), dtype=np.bool_)

@@ -11,12 +11,10 @@ format's own reader ignores them.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,6 +22,7 @@ from mafsil.model.diagnostics import Fault, Repair
 from mafsil.model.faults import IGNORED_ELEMENT, NOT_KEPT, OTHER_VERSION
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element
+from mafsil.toml_source import own_tables
 
 LONGEST = 60
 """Characters beyond which nothing is compared."""
@@ -130,7 +129,7 @@ def read_rows(module: str) -> Mapping[str, Row]:
     Args:
         module: path of the module's file.
     """
-    tables: dict[str, dict[str, Any]] = tomllib.loads(Path(module).with_name("vocabulary.toml").read_text("utf-8"))
+    tables: dict[str, dict[str, Any]] = own_tables(module, "vocabulary.toml")
     for table in tables.values():
         for kind in table.keys() & {"other", "whole"}:
             table[kind] = {Treatment[treatment.upper()]: words for treatment, words in table[kind].items()}

@@ -67,10 +67,8 @@ def _torque(judged: Evaluation, tasks: TaskSet, q: JointVector, qd: JointVector,
     """(T, n) efforts with the payload; at rest without a cycle time, NaN of an arm without masses."""
     if not np.isfinite(judged.torque).all() or not judged.torque.any():
         return np.full_like(q, np.nan)
-    robot = judged.design.robot
-    loaded = robot.with_payload(tasks.payload, com=tasks.centre) if tasks.payload else robot
     moves = float(tasks.period is not None)
-    return np.asarray(loaded.inverse_dynamics(q, moves * qd, moves * qdd))
+    return np.asarray(tasks.loaded(judged.design.robot).inverse_dynamics(q, moves * qd, moves * qdd))
 
 
 def _scene(judged: Evaluation, q: JointVector, tasks: TaskSet) -> Scene:
@@ -130,8 +128,7 @@ def _figures(judged: Evaluation, code: str) -> tuple[Figure, ...]:
     for name, value in judged.measures.items():
         if name in UNITS and np.isfinite(value):
             level = "warning" if name == "utilisation" and value > 1.0 else "good"
-            texts = (say(f"design.{kind}_{name}", language=code) for kind in ("name", "source"))
-            label, note = texts
+            label, note = (say(f"design.{kind}_{name}", language=code) for kind in ("name", "source"))
             cards.append(Figure(label, f"{value:.4g}", UNITS[name], note, level))
     return tuple(cards)
 
@@ -146,13 +143,12 @@ def _sheet(judged: Evaluation, code: str, tolerances: Tolerances | None) -> Tabl
     named = ("joint", "a", "d", "alpha", "theta", "tube", "drive", "peak", "rms", "limit")
     cells: list[tuple[str, ...]] = []
     for k, (row, tube, drive) in enumerate(zip(rows, design.tubes, design.drives, strict=True)):
-        section = "-" if tube is None else f"{1e3 * tube.outer:.4g} x {1e3 * tube.wall:.4g} mm"
         carried = "-" if drive is None else f"{drive.mass:.4g} kg"
         numbers = (judged.peak[k], judged.rms[k], robot.limits.effort[k])
         cells.append((
             robot.joint_names[k], _toleranced(1e3 * row.a, 1e3 * length[k], "mm"),
             _toleranced(1e3 * row.d, 1e3 * length[k], "mm"), _toleranced(row.alpha, angle[k], "rad"),
-            _toleranced(row.theta, zero[k], "rad"), section, carried,
+            _toleranced(row.theta, zero[k], "rad"), "-" if tube is None else tube.section, carried,
             *(f"{value:.4g}" if np.isfinite(value) else "-" for value in numbers),
         ))  # fmt: skip
     return Table(tuple(say(f"design.sheet_{name}", language=code) for name in named), tuple(cells))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -28,7 +27,7 @@ from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot, as_robot
-from mafsil.toml_source import parsed_toml
+from mafsil.toml_source import own_tables
 from mafsil.trajectory import Trajectory
 
 
@@ -61,7 +60,7 @@ class Citation:
         )
 
 
-_TOML = parsed_toml(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+_TOML = own_tables(__file__)
 CITATIONS = tuple(Citation(key, **work | {"modules": tuple(work["modules"])}) for key, work in _TOML["works"].items())
 """All works, each with the modules that follow it or whose matter it treats."""
 FORMULAS: dict[str, tuple[str, tuple[str, ...]]] = {
