@@ -59,16 +59,19 @@ def main() -> int:
     """Print the table; the exit status says whether no pentagon is wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pentagons", type=int, default=100)
+    parser.add_argument("--linkages", nargs="*", help="names of those raced; all without it")
     parser.add_argument("--json")
     given = parser.parse_args()
     print(machine("numpy", "scipy"))
     found = Comparisons()
     two = beside(mo.library.four_bar(), mo.library.slider_crank())
-    for name, linkage, joint in (
-        ("five-bar", mo.library.five_bar(), "O"),
-        ("equal pentagon", polygon([1.0] * 5), "J0"),
-        ("four-bar and slider-crank", two, "A1"),
-    ):
+    cases = {
+        "five-bar": (mo.library.five_bar(), "O"),
+        "equal pentagon": (polygon([1.0] * 5), "J0"),
+        "four-bar and slider-crank": (two, "A1"),
+    }
+    for name in given.linkages or cases:
+        linkage, joint = cases[name]
         surface = mo.trace_surface(linkage)
         tasks = {"surface": partial(mo.trace_surface, linkage), "slices": partial(slices, linkage, joint)}
         times = race(tasks, repeats=3, seconds=0.0)

@@ -99,9 +99,9 @@ def main() -> None:
     V = 0.1 * np.random.default_rng(0).normal(size=(given.batch, 6))
     lengths = robot.lengths(home @ pose.exp(V))
     tasks = {
-        "one": partial(robot.forward, lengths[0], home),
+        "one": partial(robot.forward_near, lengths[0], home),
         "scipy": partial(by_scipy, robot, lengths[:50], home),
-        "batch": partial(robot.forward, lengths, home),
+        "batch": partial(robot.forward_near, lengths, home),
     }
     times = race(tasks, repeats=7)
     found, theirs = Comparisons(), times["scipy"].least * 1e6 / 50

@@ -8,7 +8,6 @@ compiler needs it. Operations after common subexpressions stand beside the times
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -56,11 +55,10 @@ def casadis(derivatives: bool) -> int:
     return sum(row[0] not in leaves for row in rows)
 
 
-def main() -> int:
-    """Print the table; the exit status says whether ours is not slower."""
+def main() -> None:
+    """Print the table."""
     print(" | ".join(f"{key} {value}" for key, value in machine("mafsil", "numpy", "casadi").items()))
     print(f"{'inverse dynamics, 7 joints':32} {'ours':>10} {'CasADi':>10} {'ratio':>7} {'operations':>16}")
-    met = True
     for title, derivatives in (("traced and read", False), ("with its Jacobian by q, qd, qdd", True)):
         tasks: dict[str, Callable[[], object]] = {
             "ours": lambda derivatives=derivatives: ours(derivatives),
@@ -69,11 +67,9 @@ def main() -> int:
         counts = {name: task() for name, task in tasks.items()}
         times = race(tasks, repeats=7, seconds=0.0)
         mine, theirs = times["ours"].least, times["casadi"].least
-        met &= mine <= theirs
         operations = f"{counts['ours']} and {counts['casadi']}"
         print(f"{title:32} {1e3 * mine:7.1f} ms {1e3 * theirs:7.1f} ms {theirs / mine:7.2f} {operations:>16}")
-    return 0 if met else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
