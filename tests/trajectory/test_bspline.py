@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 import scipy.interpolate as si
@@ -24,6 +26,7 @@ from mafsil.trajectory import (
     quintic,
 )
 from mafsil.trajectory.motion import ProofStatus
+from mafsil.trajectory.splines.piecewise import MANY
 from tests.sizes import few
 
 RNG = np.random.default_rng(11)
@@ -196,3 +199,26 @@ def test_what_is_no_spline_is_refused(wrong):
         fine.insert(2.0)
     with pytest.raises(InputError):
         fine.insert([0.3] * 4)
+
+
+@pytest.mark.parametrize("degree", [4, 5, 7])
+def test_splines_through_thousands_of_points_pass_them_in_little_memory(degree):
+    points, h = np.cumsum(RNG.uniform(-0.2, 0.2, (5001, 2)), axis=0), RNG.uniform(0.1, 1.0, 5000)
+    tracemalloc.start()
+    try:
+        spline = bspline_through(points, h, degree=degree)
+        assert tracemalloc.get_traced_memory()[1] < 20e6  # a dense system has 200 MB
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_allclose(spline.at(np.r_[0.0, np.cumsum(h)]).u, points, atol=1e-11)
+    if degree % 2:
+        np.testing.assert_allclose(spline.at([0.0, spline.duration]).v, 0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("batch", [(), (2, 3)])
+def test_many_times_at_once_give_the_bits_of_one_at_a_time(batch):
+    motion = bspline_through(RNG.normal(size=(*batch, 6, 3)), RNG.uniform(0.2, 2.0, 5)).to_polynomial()
+    t = RNG.uniform(-0.3, motion.duration + 0.3, 3000)
+    assert t.size * motion.n >= MANY
+    for each, ones in zip(motion.at(t), zip(*map(motion.at, t), strict=True), strict=True):
+        np.testing.assert_array_equal(each, np.stack(ones))

@@ -91,6 +91,20 @@ def _spoil(result: NDArray[Any], spoilt: NDArray[np.bool_], core: int) -> Floats
     return np.where(spoilt.reshape((*spoilt.shape, *(1,) * core)), np.nan, result) if spoilt.any() else result
 
 
+def solve_banded(bands: Floats, right: Floats) -> Floats:
+    """x (k, m) of A x = right for A (k, k) without entries farther than p from its diagonal: work k p^2, memory k p.
+
+    Args:
+        bands: (2 p + 1, k), A[i, j] in bands[p + i - j, j].
+        right: (k, m).
+    """
+    import scipy.linalg
+
+    library: Any = scipy.linalg  # its types leave this one out
+    reach = len(bands) // 2
+    return np.asarray(library.solve_banded((reach, reach), bands, right), dtype=np.float64)
+
+
 def riccati(A: Floats, B: Floats, Q: Floats, R: Floats) -> Floats | None:
     """P (n, n) with A' P + P A - P B R^-1 B' P + Q = 0 and A - B R^-1 B' P stable; None if there is none.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf, isfinite
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.kernels.loops.loop import compiled
@@ -229,6 +230,26 @@ def evaluate(
             a_out[i] = 0.0
         return -1
     return piece
+
+
+@compiled
+def sample_pieces(rows: Floats, piece: NDArray[np.int64], local: Floats, u: Floats, v: Floats, a: Floats) -> None:
+    """Position, velocity and acceleration at many times, by Horner's rule for each.
+
+    Args:
+        rows: (pieces, degree + 1, 3, n) ascending coefficients of the motion and of its two derivatives.
+        piece, local: (k,) index of the piece of each time, and the time since it began [s].
+        u, v, a: (k, n) written here.
+    """
+    for k in range(len(local)):
+        p, t = piece[k], local[k]
+        for i in range(rows.shape[3]):
+            x = dx = ddx = 0.0
+            for power in range(rows.shape[1] - 1, -1, -1):
+                x = x * t + rows[p, power, 0, i]
+                dx = dx * t + rows[p, power, 1, i]
+                ddx = ddx * t + rows[p, power, 2, i]
+            u[k, i], v[k, i], a[k, i] = x, dx, ddx
 
 
 @compiled

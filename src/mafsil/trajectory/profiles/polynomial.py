@@ -101,13 +101,13 @@ def rest(position: ArrayLike, duration: float) -> PiecewisePolynomial:
     return PiecewisePolynomial.from_pieces([positive("duration", duration)], u[None, None])
 
 
-def cubic_coefficients(u0: Floats, uf: Floats, v0: Floats, vf: Floats, T: float) -> Floats:
+def cubic_coefficients(u0: Floats, uf: Floats, v0: Floats, vf: Floats, T: float | Floats) -> Floats:
     """(4, *shape) ascending coefficients of the cubic with these end values.
 
     Args:
         u0, uf: positions at 0 and T.
         v0, vf: velocities.
-        T: duration [s].
+        T: duration, of all or of each [s].
     """
     D = uf - u0
     return np.stack([u0, v0, 3 * D / T**2 - (2 * v0 + vf) / T, -2 * D / T**3 + (v0 + vf) / T**2])

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, frozen, positive, real_array, require_finite, whole
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, numbers
+from mafsil.solvers.decompositions import solve_banded
 from mafsil.trajectory.motion import Motion, Printed, moving_at, times
 from mafsil.trajectory.splines.cubic_spline import points_and_durations
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
@@ -108,8 +109,7 @@ class BSpline(Printed):
         p, t = self.degree, self.knots
         if p == 0:
             return replace(self, control=np.zeros_like(self.control))
-        spans = (t[p + 1 : -1] - t[1 : -1 - p]).reshape((-1,) + (1,) * (self.control.ndim - 1))
-        return BSpline(frozen(t[1:-1]), frozen(p * np.diff(self.control, axis=0) / spans), p - 1)
+        return BSpline(frozen(t[1:-1]), frozen(_slope_of(self.control, t, p)), p - 1)
 
     def _insert(self, moment: float) -> BSpline:
         """One knot more."""
@@ -128,17 +128,20 @@ class BSpline(Printed):
 
     def value(self, t: Floats) -> Floats:
         """(*times, *batch, n) at the times `t`, before and after those of the ends [rad | m]."""
-        flat = np.clip(t, 0.0, self.duration).ravel()
-        span = np.searchsorted(self.knots, flat, side="right") - 1
-        span = np.clip(span, self.degree, len(self.control) - 1)
-        # The last time belongs to the last span that has a length.
-        while (empty := self.knots[span + 1] <= self.knots[span]).any() and (span[empty] > self.degree).all():
-            span = span - empty
-        basis = _basis(self.knots, self.degree, span, flat)
-        value = np.zeros((len(flat), *self.control.shape[1:]))
+        first, basis = _basis_at(self.knots, self.degree, np.clip(t, 0.0, self.duration).ravel())
+        value = np.zeros((len(first), *self.control.shape[1:]))
         for j in range(self.degree + 1):
-            value += basis[j].reshape((-1,) + (1,) * (value.ndim - 1)) * self.control[span - self.degree + j]
+            value += basis[j].reshape((-1,) + (1,) * (value.ndim - 1)) * self.control[first + j]
         return value.reshape(*t.shape, *self.control.shape[1:])
+
+
+def _basis_at(knots: Floats, degree: int, t: Floats) -> tuple[NDArray[np.intp], Floats]:
+    """(k,) first basis function that is not zero at each time, and (degree + 1, k) the values from it on."""
+    span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, len(knots) - degree - 2)
+    # The last time belongs to the last span that has a length.
+    while (empty := knots[span + 1] <= knots[span]).any() and (span[empty] > degree).all():
+        span = span - empty
+    return span - degree, _basis(knots, degree, span, t)
 
 
 def _basis(knots: Floats, degree: int, span: NDArray[np.intp], t: Floats) -> Floats:
@@ -229,7 +232,7 @@ def bspline_through(
         InputError: a wrong shape, a number that is not finite, a duration that is not positive, too few points,
             too many derivatives.
 
-    The system is solved as a dense one: work (k + degree)^3, memory (k + degree)^2.
+    Work and memory grow with k.
 
     Reference: de Boor, A Practical Guide to Splines, ch. XIII; Kyriakopoulos and Saridis, Minimum jerk path generation,
     ICRA 1988.
@@ -249,15 +252,43 @@ def bspline_through(
             raise InputError("trajectory.few_points", count=len(t), degree=p, least=p + 1)
         inner = np.array([t[j : j + p].mean() for j in range(1, len(t) - p)])
     knots = np.concatenate([np.zeros(p + 1), inner, np.full(p + 1, t[-1])])
-    basis = BSpline(knots, np.eye(len(knots) - p - 1), p)
+    points_first, basis = _basis_at(knots, p, t)
     # Derivatives over shares of the legs at the ends: rows of one size.
-    rows, right = [basis.value(t)], [u.reshape(len(u), -1)]
-    for moment, size, values in ((0.0, h[0], given[0]), (t[-1], h[-1], given[1])):
-        for order, value in enumerate(values, start=1):
-            rows.append(size**order * basis.derivative(order).value(np.array([moment])))
-            right.append(size**order * value.reshape(1, -1))
-    control = np.linalg.solve(np.concatenate(rows), np.concatenate(right))
+    start, goal = (_end_rows(knots, p, *end, each) for end in ((0, h[0]), (-1, h[-1])))
+    N, order = len(knots) - p - 1, np.arange(1, each + 1)
+    row = np.concatenate([[0], np.arange(each + 1, N - each - 1), [N - 1], order, N - 1 - order])
+    first = np.concatenate([points_first, np.zeros(each, np.intp), np.full(each, N - p - 1)])
+    bands, column = np.zeros((2 * p + 1, N)), first[:, None] + np.arange(p + 1)
+    bands[p + row[:, None] - column, column] = np.concatenate([basis.T, start, goal])
+    right = np.empty((N, u[0].size))
+    wanted = [size**k * value for size, side in zip(h[[0, -1]], given, strict=True) for k, value in enumerate(side, 1)]
+    right[row] = np.concatenate([u, wanted] if wanted else [u]).reshape(N, -1)
+    control = solve_banded(bands, right)
     return BSpline(frozen(knots), frozen(control.reshape(-1, *u.shape[1:])), p)
+
+
+def _end_rows(knots: Floats, p: int, end: int, size: float, orders: int) -> Floats:
+    """(orders, p + 1) derivatives of order 1, 2, ... of the basis functions at an end, times size^order.
+
+    Args:
+        knots: clamped at both ends.
+        p: degree.
+        end: 0 for the start, -1 for the goal.
+        size: length of the leg there [s].
+        orders: how many derivatives.
+    """
+    t = knots[: 2 * p + 2] if end == 0 else knots[-2 * p - 2 :]
+    rows, control = np.empty((orders, p + 1)), np.eye(p + 1)
+    for k in range(orders):
+        control, t = _slope_of(control, t, p - k), t[1:-1]
+        rows[k] = size ** (k + 1) * control[end]  # At an end whose knots are repeated the first is the value.
+    return rows
+
+
+def _slope_of(control: Floats, t: Floats, p: int) -> Floats:
+    """(k - 1, ...) control points of the derivative, on the knots but the first and the last."""
+    spans = (t[p + 1 : -1] - t[1 : -1 - p]).reshape((-1,) + (1,) * (control.ndim - 1))
+    return p * np.diff(control, axis=0) / spans
 
 
 def minimum_jerk_through(points: ArrayLike, durations: ArrayLike, **ends: Sequence[ArrayLike]) -> BSpline:

@@ -67,8 +67,8 @@ def cubic_through(
         for name, value in (("start_velocity", start_velocity), ("goal_velocity", goal_velocity))
     ]
     v = _velocities(u, h, velocities, moving, ends)
-    pieces = [cubic_coefficients(u[i], u[i + 1], v[i], v[i + 1], float(h[i])) for i in range(len(h))]
-    return PiecewisePolynomial.from_pieces(h, pieces)
+    T = h.reshape((-1,) + (1,) * (u.ndim - 1))
+    return PiecewisePolynomial.from_pieces(h, np.moveaxis(cubic_coefficients(u[:-1], u[1:], v[:-1], v[1:], T), 0, 1))
 
 
 def _end(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
@@ -196,8 +196,8 @@ def points_and_durations(points: ArrayLike, durations: ArrayLike) -> tuple[Float
     legs = (u.shape[-2] - 1,)
     if h.shape not in ((), legs):
         raise InputError("input.shape", name="durations", expected=legs, got=h.shape, hint="")
-    for leg in np.atleast_1d(h):
-        positive("durations", float(leg))
+    for extreme in (h.min(), h.max()):
+        positive("durations", float(extreme))
     return np.moveaxis(u, -2, 0), np.broadcast_to(h, legs).astype(np.float64)
 
 

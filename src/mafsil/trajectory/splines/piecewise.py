@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from math import prod
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,12 +17,20 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, frozen, real_array
 from mafsil.errors import InputError
 from mafsil.fields import check_fields, numbers
+from mafsil.lazy_module import lazily
 from mafsil.trajectory.motion import Motion, Printed, moving_at, times
 from mafsil.trajectory.tolerances import REAL_ROOT
+
+if TYPE_CHECKING:
+    import mafsil.trajectory.jerk.online_loops as online_loops
+else:
+    online_loops = lazily("mafsil.trajectory.jerk.online_loops")
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PANELS = 8
 """Panels of quadrature in every smooth stretch."""
+MANY = 4096
+"""Numbers from which on a compiled loop samples them: fewer are not worth loading it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,9 +89,20 @@ class PiecewisePolynomial(Printed):
             return self._at_one(float(moment))
         piece, local = self._locate(moment)
         moving = moving_at(moment, self.duration, self.coefficients.ndim - 2)
-        rows = self.coefficients[piece]
-        u, v, a = (self._horner(rows, local, order) for order in range(3))
-        return Motion(u, v * moving, a * moving)
+        u, v, a = self._sample(piece, local)
+        return Motion(u, v, a) if moving.all() else Motion(u, v * moving, a * moving)
+
+    def _sample(self, piece: NDArray[np.intp], local: Floats) -> Motion:
+        """The motion at times (*times) within pieces, its derivatives there too beyond the ends."""
+        shape = self.coefficients.shape[2:]
+        if local.size * prod(shape) < MANY:
+            rows = self.coefficients[piece]
+            return Motion(*(self._horner(rows, local, order) for order in range(3)))
+        u, v, a = (np.empty((*local.shape, *shape)) for _ in range(3))
+        flat = (x.reshape(local.size, -1) for x in (u, v, a))
+        rows = self._with_derivatives.reshape(len(self.knots) - 1, self.degree + 1, 3, -1)
+        online_loops.sample_pieces(rows, piece.ravel(), local.ravel(), *flat)
+        return Motion(u, v, a)
 
     def _at_one(self, t: float) -> Motion:
         """At one time, as laws ask in each tick: Horner's rule once for position, velocity and acceleration."""
