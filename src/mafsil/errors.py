@@ -76,19 +76,23 @@ class UnknownNameError(MafsilError, AttributeError):
     def __init__(self, owner: str, name: str, known: Iterable[str]) -> None:
         """Args: what has no such attribute, the attribute, and the names that there are, `mf.x` those elsewhere."""
         public = [(letters_of(each.rpartition(".")[2]), each) for each in known if not each.startswith("_")]
-        plain, other = letters_of(name), other_words.attribute(name)
-        close = [each for key, each in public if key == plain]
-        close.sort(key=lambda each: each.rpartition(".")[2] != name)
+        same = [each for key, each in public if key == letters_of(name)]
         within = owner.replace("mafsil", "mf", 1) + "."
-        other = None if any(each.startswith(within) and each.endswith(f".{name}") for each in close) else other
-        close = close or [each for key, each in public if plain and key.startswith(plain)]
-        near = get_close_matches(plain, {key for key, _ in public}, n=3) if not close else []
-        close += [each for key in near for word, each in public if word == key]
+        here = any(each.startswith(within) and each.endswith(f".{name}") for each in same)
+        other = None if here else other_words.attribute(name)
+        close = sorted(same, key=lambda each: each.rpartition(".")[2] != name) or _look_alike(letters_of(name), public)
         key = "attribute" if not (other or close) else "attribute_other" if other else "attribute_close"
         super().__init__(f"input.{key}", owner=owner, name=name, close=other or ", ".join(close[:5]))
 
     def __reduce__(self) -> tuple[object, ...]:
         return (_unknown_name, (self.details,))
+
+
+def _look_alike(plain: str, public: list[tuple[str, str]]) -> list[str]:
+    """The names that begin with the letters asked for; without any, those that differ from them by a slip."""
+    longer = [each for key, each in public if plain and key.startswith(plain)]
+    near = [] if longer else get_close_matches(plain, {key for key, _ in public}, n=3)
+    return longer + [each for key in near for word, each in public if word == key]
 
 
 class ModelError(MafsilError, ValueError):

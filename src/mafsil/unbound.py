@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from importlib import import_module
@@ -70,17 +70,19 @@ def binding_error(
         first = hints.get(places[0]) if places else None
         alone = len(places) == 1 == len(known) or ArrayLike in (first, *get_args(first))
         return _too_many(shown, places, known, args, maker_hint(function, owner), alone=alone)
-    needed = [
-        name
-        for name, one in parameters.items()
-        if one.default is one.empty and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
-    ]
-    missing = [name for name in needed if name not in named and name not in places[: len(args)]]
+    missing = [name for name in _needed(taken) if name not in named and name not in places[: len(args)]]
     if not missing:
         return None
     given = ", ".join([*places[: len(args)], *named]) or "-"
     hint = maker_hint(function, owner)
     return ArgumentError("input.missing", missing=", ".join(missing), given=given, hint=hint, **details)
+
+
+def _needed(taken: Signature) -> Iterator[str]:
+    """Names of the parameters that have no default."""
+    for name, one in taken.parameters.items():
+        if one.default is one.empty and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD):
+            yield name
 
 
 def _keywords(taken: Signature, hints: dict[str, Any]) -> tuple[list[str], bool]:

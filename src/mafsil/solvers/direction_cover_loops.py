@@ -116,22 +116,33 @@ def game(A: Floats, count: int, shift: float, t: Floats, weights: Floats, T: Flo
                 leave, ratio = p, T[p, m] / T[p, enter]
         if leave < 0:
             break
-        pivot = T[leave, enter]
-        for j in range(m + 1):
-            T[leave, j] /= pivot
-        T[leave, enter] = 1.0 / pivot
-        for p in range(count + 1):
-            if p == leave:
-                continue
-            f = T[p, enter]
-            if f == 0.0:
-                continue
-            for j in range(m + 1):
-                if j != enter:
-                    T[p, j] -= f * T[leave, j]
-            T[p, enter] = -f / pivot
+        _pivot(T, count, m, leave, enter)
         side[leave], t[enter] = t[enter], side[leave]
-    weights[:count] = 0.0  # 3
+    _read_game(T, count, t, weights, side)  # 3
+
+
+@compiled
+def _pivot(T: Floats, count: int, m: int, leave: int, enter: int) -> None:
+    """Exchange the variable of a row for that of a column."""
+    pivot = T[leave, enter]
+    for j in range(m + 1):
+        T[leave, j] /= pivot
+    T[leave, enter] = 1.0 / pivot
+    for p in range(count + 1):
+        f = T[p, enter]
+        if p == leave or f == 0.0:
+            continue
+        for j in range(m + 1):
+            if j != enter:
+                T[p, j] -= f * T[leave, j]
+        T[p, enter] = -f / pivot
+
+
+@compiled
+def _read_game(T: Floats, count: int, t: Floats, weights: Floats, side: Floats) -> None:
+    """Weights of the rows and mixture of the columns of a solved tableau; arguments as of `game`."""
+    m = len(t)
+    weights[:count] = 0.0
     total = 0.0
     for j in range(m):
         if t[j] >= m:

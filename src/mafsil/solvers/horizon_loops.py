@@ -200,13 +200,8 @@ def one_by_one(
     N, n = free.shape
     most = N * n
     row = np.empty(most)
-    m = 0
-    for k in range(N):
-        for a in range(n):
-            multipliers[k, a] = 0.0
-            if side[k, a] != 0:
-                held[m, 0], held[m, 1] = k, a
-                m += 1
+    multipliers[:] = 0.0
+    m = _list_held(side, held)
     system(K, M, held, m, S)
     if not factor(S, m):  # 1
         return False
@@ -237,12 +232,7 @@ def one_by_one(
             m -= 1
             continue
         efforts_of(K, M, free, multipliers, pulls, out)
-        furthest, worst = BEYOND, -1  # 3
-        for k in range(N):
-            for a in range(n):
-                over = (abs(out[k, a]) - bound[a]) / bound[a]
-                if side[k, a] == 0 and over > furthest:
-                    furthest, worst = over, k * n + a
+        worst = _furthest_beyond(bound, side, out)  # 3
         if worst < 0:
             for i in range(m):
                 k, a = held[i, 0], held[i, 1]
@@ -259,6 +249,30 @@ def one_by_one(
             return False
         m += 1
     return False
+
+
+@compiled
+def _list_held(side: NDArray[np.int64], held: NDArray[np.int64]) -> int:
+    """How many efforts are held at a bound; their steps and coordinates are written to `held`."""
+    m = 0
+    for k in range(side.shape[0]):
+        for a in range(side.shape[1]):
+            if side[k, a] != 0:
+                held[m, 0], held[m, 1] = k, a
+                m += 1
+    return m
+
+
+@compiled
+def _furthest_beyond(bound: Floats, side: NDArray[np.int64], out: Floats) -> int:
+    """Index k n + a of the free effort furthest beyond its bound, as a share of it; -1 if none is."""
+    furthest, worst = BEYOND, -1
+    for k in range(out.shape[0]):
+        for a in range(out.shape[1]):
+            over = (abs(out[k, a]) - bound[a]) / bound[a]
+            if side[k, a] == 0 and over > furthest:
+                furthest, worst = over, k * out.shape[1] + a
+    return worst
 
 
 @compiled

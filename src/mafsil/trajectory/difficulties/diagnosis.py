@@ -159,13 +159,7 @@ def diagnose_path(
     T = None if duration is None else positive("duration", duration)
     start = None if q_start is None else single("q_start", q_start, (robot.n,))
     if start is not None:
-        error = float(np.abs(path_error(robot.forward_kinematics(start), path.poses(0.0), task)).max())
-        if not error <= AT_START:
-            raise InputError("trajectory.not_at_start", error=error)
-        beyond = np.maximum(robot.limits.lower - start, start - robot.limits.upper)
-        if (beyond > INSIDE).any():
-            j = int(beyond.argmax())
-            raise InputError("trajectory.start_beyond_limits", joint=robot.joint_names[j], value=float(start[j]))
+        _require_start(robot, path, task, start)
     # 1
     slow = redundant(robot, task)
     reach = (
@@ -195,6 +189,17 @@ def diagnose_path(
     fast = [stretch for piece in pieces for stretch in stretches(piece, T)]
     found = sorted([*gaps, *changes, *fast], key=lambda each: each.where.begin)
     return PathDiagnosis(robot, path, task, T, start, reach, s, q, rates, tuple(found), followed)
+
+
+def _require_start(robot: Robot, path: TipPath, task: PathTask, start: Floats) -> None:
+    """The configuration is at the beginning of the path and within the limits."""
+    error = float(np.abs(path_error(robot.forward_kinematics(start), path.poses(0.0), task)).max())
+    if not error <= AT_START:
+        raise InputError("trajectory.not_at_start", error=error)
+    beyond = np.maximum(robot.limits.lower - start, start - robot.limits.upper)
+    if (beyond > INSIDE).any():
+        j = int(beyond.argmax())
+        raise InputError("trajectory.start_beyond_limits", joint=robot.joint_names[j], value=float(start[j]))
 
 
 def _gap(

@@ -315,23 +315,12 @@ def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times:
     if free:
         D = 0.5 * (w.v0 + w.vf) * T
     quiet, way = _quiet(w, D, T, scratch)
+    if quiet and (free or abs(way - D) <= slack):
+        for k in range(PARTS):
+            times[i, 2 + k], jerks[i, 2 + k] = scratch[0, k], scratch[1, k]
+        return 2 + PARTS
     if quiet:
-        if free or abs(way - D) <= slack:
-            for k in range(PARTS):
-                times[i, 2 + k], jerks[i, 2 + k] = scratch[0, k], scratch[1, k]
-            return 2 + PARTS
-        sign = 1.0 if D > way else -1.0
-        c = forwards(w) if D > way else backwards(w)
-        s = shape_at(c, T - (_ahead(w) if D > way else _behind(w)))
-        reach = distance(c, s)
-        if sign * D > reach + slack and not sure:
-            return 0
-        share = min((D - way) / (sign * reach - way), 1.0) if sign * D < reach else 1.0
-        if scratch[0, 1] == T or share == 1.0:
-            _parts(c, s, sign * share, times, i, jerks, i, 2)
-            return 2 + PARTS
-        _parts(c, s, sign, scratch, 2, scratch, 3, 0)
-        return _mixture(scratch, share, times, jerks, i)
+        return _quiet_mixed(w, T, D, way, slack, sure, scratch, times, jerks, i)
     # 3.
     up, down = forwards(w), backwards(w)
     tau = T - _ahead(w)
@@ -352,6 +341,26 @@ def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times:
     _parts(down, m, -1.0, scratch, 0, scratch, 1, 0)
     _parts(up, s, 1.0, scratch, 2, scratch, 3, 0)
     return _mixture(scratch, (D - low) / (high - low), times, jerks, i)
+
+
+@compiled
+def _quiet_mixed(
+    w: Task, T: float, D: float, way: float, slack: float, sure: bool, scratch: Floats, times: Floats, jerks: Floats,
+    i: int,
+) -> int:  # fmt: skip
+    """The pieces of the quiet motion in `scratch`, of displacement `way`, mixed with the farthest one towards D."""
+    sign = 1.0 if D > way else -1.0
+    c = forwards(w) if D > way else backwards(w)
+    s = shape_at(c, T - (_ahead(w) if D > way else _behind(w)))
+    reach = distance(c, s)
+    if sign * D > reach + slack and not sure:
+        return 0
+    share = min((D - way) / (sign * reach - way), 1.0) if sign * D < reach else 1.0
+    if scratch[0, 1] == T or share == 1.0:
+        _parts(c, s, sign * share, times, i, jerks, i, 2)
+        return 2 + PARTS
+    _parts(c, s, sign, scratch, 2, scratch, 3, 0)
+    return _mixture(scratch, share, times, jerks, i)
 
 
 @compiled

@@ -107,21 +107,16 @@ def time_optimal(
         Transactions on Robotics 2018.
     """
     single = isinstance(path, (JointPath, PiecewisePolynomial))
-    paths = [_path("path", path)] if single else [_path(f"path[{k}]", part) for k, part in enumerate(_several(path))]
+    paths = [_path("path", path)] if single else _paths(path)
     if not paths:
         return TimeOptimalBatch(0, _no_answer)
-    counts = {one.n for one in paths}
-    if len(counts) > 1:
-        raise InputError("trajectory.paths_differ", counts=", ".join(str(count) for count in sorted(counts)))
     bounds = motion_limits(limits, paths[0].n)
     if not (np.isfinite(bounds.acceleration).any() or np.isfinite(bounds.effort).any()):
         raise InputError("trajectory.no_acceleration_limit")
     whose = limits if robot is None and isinstance(limits, Robot) else robot
     sampled = _sample(bounds, whose, (tip_speed, tip_acceleration, tip_angular_speed), frame)
-    ends = [
-        _velocity(name, v, len(paths))
-        for name, v in (("start_path_velocity", start_path_velocity), ("end_path_velocity", end_path_velocity))
-    ]
+    asked = {"start_path_velocity": start_path_velocity, "end_path_velocity": end_path_velocity}
+    ends = [_velocity(name, v, len(paths)) for name, v in asked.items()]
     smooth = bool(np.isfinite(bounds.jerk).any())
     if smooth and max(float(v.max()) for v in ends) > 0.0:
         raise InputError("trajectory.jerk_from_rest")
@@ -140,6 +135,15 @@ def time_optimal(
         return answer(0)
     known = None if bounded or smooth or isinstance(timings, list) else _durations(timings)
     return TimeOptimalBatch(len(paths), answer, known)
+
+
+def _paths(given: object) -> list[JointPath]:
+    """Many paths of equally many coordinates."""
+    paths = [_path(f"path[{k}]", part) for k, part in enumerate(_several(given))]
+    counts = {one.n for one in paths}
+    if len(counts) > 1:
+        raise InputError("trajectory.paths_differ", counts=", ".join(str(count) for count in sorted(counts)))
+    return paths
 
 
 def _durations(timings: Timings) -> Floats:
