@@ -70,7 +70,7 @@ def binding_error(
         first = hints.get(places[0]) if places else None
         alone = len(places) == 1 == len(known) or ArrayLike in (first, *get_args(first))
         return _too_many(shown, places, known, args, maker_hint(function, owner), alone=alone)
-    missing = [name for name in _needed(taken) if name not in named and name not in places[: len(args)]]
+    missing = [name for name in _names_without_default(taken) if name not in named and name not in places[: len(args)]]
     if not missing:
         return None
     given = ", ".join([*places[: len(args)], *named]) or "-"
@@ -78,7 +78,7 @@ def binding_error(
     return ArgumentError("input.missing", missing=", ".join(missing), given=given, hint=hint, **details)
 
 
-def _needed(taken: Signature) -> Iterator[str]:
+def _names_without_default(taken: Signature) -> Iterator[str]:
     """Names of the parameters that have no default."""
     for name, one in taken.parameters.items():
         if one.default is one.empty and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD):

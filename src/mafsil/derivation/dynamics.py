@@ -343,12 +343,12 @@ def newton_euler(arm: SymbolicArm, bodies: Bodies) -> NewtonEuler:
         turn = transpose(step.R)
         place = 2 if row.row.kind == "R" else 5
         own = tuple(rate if k == place else ZERO for k in range(6))
-        twist = plus(_carried(turn, step.p, twist), own)
+        twist = plus(_carry_twist(turn, step.p, twist), own)
         push = tuple(acceleration if k == place else ZERO for k in range(6))
-        gain = plus(plus(_carried(turn, step.p, gain), _bracket(twist, own)), push)
+        gain = plus(plus(_carry_twist(turn, step.p, gain), _bracket(twist, own)), push)
         V.append(twist)
         dV.append(plus(gain, (*nothing, *upwards[len(dV)])))
-    F = [_needed(body, twist, gain) for body, twist, gain in zip(bodies.links, V, dV, strict=True)]
+    F = [_wrench_needed(body, twist, gain) for body, twist, gain in zip(bodies.links, V, dV, strict=True)]
     for i in reversed(range(len(F) - 1)):
         step = steps[i + 1]
         m, f = transform(step.R, F[i + 1][:3]), transform(step.R, F[i + 1][3:])
@@ -359,7 +359,7 @@ def newton_euler(arm: SymbolicArm, bodies: Bodies) -> NewtonEuler:
     return NewtonEuler(tuple(V), tuple(dV), tuple(F), tau)
 
 
-def _carried(turn: tuple[Row, ...], p: Row, V: Row) -> Row:
+def _carry_twist(turn: tuple[Row, ...], p: Row, V: Row) -> Row:
     """Ad(T_i,i-1) V = (R' w, R' (v + w x p))."""
     return (*transform(turn, V[:3]), *transform(turn, plus(V[3:], cross(V[:3], p))))
 
@@ -369,7 +369,7 @@ def _bracket(V: Row, W: Row) -> Row:
     return (*cross(V[:3], W[:3]), *plus(cross(V[:3], W[3:]), cross(V[3:], W[:3])))
 
 
-def _needed(body: SymbolicBody, V: Row, dV: Row) -> Row:
+def _wrench_needed(body: SymbolicBody, V: Row, dV: Row) -> Row:
     """G dV - ad(V)' G V with G about the origin of {i}."""
     P, rate = _momentum(body, V), _momentum(body, dV)
     dual = (*plus(cross(P[:3], V[:3]), cross(P[3:], V[3:])), *cross(P[3:], V[:3]))

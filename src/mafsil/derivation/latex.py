@@ -78,10 +78,10 @@ def formula(polynomial: Polynomial) -> str:
 
 def sentence(text: str, code: str) -> str:
     """Words of a sentence, letters with an index as formulas; in Arabic what is not Arabic in its own direction."""
-    return in_sentence(text, code, "latex", words=_escape, foreign=_lettered)
+    return in_sentence(text, code, "latex", words=_escape, foreign=_with_letters)
 
 
-def _lettered(text: str) -> str:
+def _with_letters(text: str) -> str:
     return with_letters(text, _escape, lambda letter, index: f"${_letter(letter)}_{{{index}}}$")
 
 

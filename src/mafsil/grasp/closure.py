@@ -206,7 +206,7 @@ def _closure_of_simplex(
     columns = found.columns
     if M is not None:
         columns = W if cones is None else np.asarray(np.linalg.solve(M, columns), float)
-    return _closed(W, columns, found.x, cones, margins)
+    return _closure_of(W, columns, found.x, cones, margins)
 
 
 def counted_out(found: Closure, open_directions: Floats, pushes: Floats, details: dict[str, int]) -> Closure:
@@ -247,7 +247,7 @@ def _closure_near_boundary(
         columns: Floats = W if cones is None else np.asarray(np.linalg.solve(M, found.columns), float)
         sizes = np.linalg.norm(M @ columns, axis=0) if cones is None else np.ones(columns.shape[1])
         x = found.combination / np.where(sizes > 0, sizes, 1.0)
-        return _closed(W, columns, x / x.sum(), cones, margins)
+        return _closure_of(W, columns, x / x.sum(), cones, margins)
     if cones is None:  # 4
         columns_ = exact() if callable(exact) else exact
         return _closure_of_exact_arithmetic(W, locate_origin(W.T.tolist() if columns_ is None else columns_), margins)
@@ -255,7 +255,7 @@ def _closure_near_boundary(
     return Closure(ClosureStatus.ROUND_MARGINAL, rank, m, ON_BOUNDARY, W, certificate=y)
 
 
-def _closed(W: Floats, columns: Floats, x: Floats, cones: ConeWrenches | None, margins: bool) -> Closure:
+def _closure_of(W: Floats, columns: Floats, x: Floats, cones: ConeWrenches | None, margins: bool) -> Closure:
     m = len(W)
     measured = partial(margin_inside, W, cones) if margins else NOT_REQUESTED
     return Closure(ClosureStatus.CLOSED, m, m, measured, columns, x)

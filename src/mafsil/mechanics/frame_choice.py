@@ -32,7 +32,7 @@ def in_chosen_frames(tree: BodyTree) -> BodyTree:
     """
     shifts = _shifts(tree)
     rotations = _rotations(tree, shifts)
-    return _base_moved(_moved(tree, rotations, shifts))
+    return _base_moved(_with_origin_at(tree, rotations, shifts))
 
 
 def _shifts(tree: BodyTree) -> list[float]:
@@ -78,7 +78,7 @@ def _common_normal(child: Body, shift: float, child_shift: float) -> Floats | No
     return across if np.linalg.norm(across) > TYPED else None
 
 
-def _moved(tree: BodyTree, rotations: list[Floats], shifts: list[float]) -> BodyTree:
+def _with_origin_at(tree: BodyTree, rotations: list[Floats], shifts: list[float]) -> BodyTree:
     old_origins = [np.array([0.0, 0.0, shift]) for shift in shifts]
 
     def seen_from(body: int, R: Floats, p: Floats) -> tuple[Floats, Floats]:

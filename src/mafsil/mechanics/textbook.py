@@ -197,7 +197,7 @@ class Textbook:
         """
         J, T = self.link_jacobians(q), self.poses(q)
         V = np.einsum("blin,bn->bli", J, qd)
-        W = self._needed(V, self.accelerations(q, qd, qdd), T, self.mechanism.gravity * weight)
+        W = self._wrench_needed(V, self.accelerations(q, qd, qdd), T, self.mechanism.gravity * weight)
         tau = np.einsum("blin,bli->bn", J, W) + self.rotors(q, qd, qdd)
         return tau if tip_wrench is None else tau + np.einsum("bin,bi->bn", self.jacobian_body(q), tip_wrench)
 
@@ -221,7 +221,7 @@ class Textbook:
         X = self._to_children(T)
         gains = self.gains(q, qd, qdd)
         V, dV = self._outward(X, self.rates(q, qd), gains, T, base_twist, base_acceleration)
-        F = self._needed(V, dV, T, self.mechanism.gravity)
+        F = self._wrench_needed(V, dV, T, self.mechanism.gravity)
         if tip_wrench is not None:
             link, T_lt = self.place(None)
             F[:, link] += tip_wrench @ adjoint(inverse(T_lt))
@@ -261,7 +261,7 @@ class Textbook:
             dV.append(carried + bracket(V[-1], own) + gains[:, k, None] * self.screws[k])
         return np.stack(V, axis=1), np.stack(dV, axis=1)
 
-    def _needed(self, V: Numbers, dV: Numbers, T: Numbers, gravity: Floats) -> Numbers:
+    def _wrench_needed(self, V: Numbers, dV: Numbers, T: Numbers, gravity: Floats) -> Numbers:
         """(b, L, 6) wrench that each link's own motion and weight need: G (dV - g) - ad(V)' G V."""
         fall = np.zeros_like(V)
         fall[..., 3:] = np.einsum("blji,j->bli", T[..., :3, :3], gravity)

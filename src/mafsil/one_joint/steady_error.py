@@ -80,21 +80,21 @@ def steady_state_error(kp: ArrayLike, gravity_moment: ArrayLike, goal: ArrayLike
     # 2. ... or before |e| = |L| / k: march to the first change of sign, so that the nearest root is found,
     reach = np.abs(load) / k
     samples = np.linspace(0.0, 1.0, 257) * np.maximum(reach, 0.0)[..., None] * (1.0 + ROUNDOFF)
-    value = side[..., None] * _unbalanced(k[..., None], load[..., None], desired[..., None], side[..., None] * samples)
+    value = side[..., None] * _net_load(k[..., None], load[..., None], desired[..., None], side[..., None] * samples)
     first = np.argmax(value >= 0.0, axis=-1)
     low = np.take_along_axis(samples, np.maximum(first - 1, 0)[..., None], -1)[..., 0]
     high = np.take_along_axis(samples, first[..., None], -1)[..., 0]
     # 3. and halve.
     for _ in range(80):
         middle = 0.5 * (low + high)
-        before = side * _unbalanced(k, load, desired, side * middle) < 0.0
+        before = side * _net_load(k, load, desired, side * middle) < 0.0
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     e = side * high
     verdict = np.where(k > np.abs(load), 0, 1).astype(np.int8)
-    return RestError(verdict, e, k * e, np.abs(_unbalanced(k, load, desired, e)))
+    return RestError(verdict, e, k * e, np.abs(_net_load(k, load, desired, e)))
 
 
-def _unbalanced(k: Floats, load: Floats, desired: Floats, e: Floats) -> Floats:
+def _net_load(k: Floats, load: Floats, desired: Floats, e: Floats) -> Floats:
     return k * e - load * np.cos(desired - e)
 
 

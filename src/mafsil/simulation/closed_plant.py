@@ -110,7 +110,7 @@ class ClosedPlant(Plant):
 
     def acceleration(self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None = None) -> Floats:
         """Joint accelerations (*batch, n) with closed loops; arguments as for `Plant.acceleration`."""
-        return self.chain.forward_dynamics(q, qd, self._applied(q, qd, tau, push, friction=True)).qdd
+        return self.chain.forward_dynamics(q, qd, self._applied_efforts(q, qd, tau, push, friction=True)).qdd
 
     def mean_acceleration(
         self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None, h: float
@@ -123,7 +123,7 @@ class ClosedPlant(Plant):
             push: (*batch, 6) of the world on the tip, or None.
             h: length of the step [s].
         """
-        load = self._applied(q, qd, tau, push, friction=False)
+        load = self._applied_efforts(q, qd, tau, push, friction=False)
         return by_secants(self, qd, load, h, lambda D, b: self.chain.forward_dynamics(q, qd, b, added_inertia=D).qdd)
 
     def loop_forces(self, q: JointVector, qd: JointVector, tau: JointVector) -> Floats:
@@ -133,9 +133,9 @@ class ClosedPlant(Plant):
             q, qd: (*batch, n) motion.
             tau: (*batch, n) efforts that acted.
         """
-        return self.chain.forward_dynamics(q, qd, self._applied(q, qd, tau, None, friction=True)).force
+        return self.chain.forward_dynamics(q, qd, self._applied_efforts(q, qd, tau, None, friction=True)).force
 
-    def _applied(
+    def _applied_efforts(
         self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None, *, friction: bool
     ) -> Floats:
         """(*batch, n) efforts of motors, friction and world."""
@@ -156,7 +156,7 @@ class ClosedStepper(Stepper):
         super().__init__(plant, name, step)
         self._closed = plant
         self._kernels: dict[bool, Callable[..., Any] | None] = {}
-        self._free = self._damped_state if name == IMPLICIT_FRICTION else second_order(method(name), self._accelerated)
+        self._free = self._damped_state if name == IMPLICIT_FRICTION else second_order(method(name), self._acceleration)
 
     def move(self) -> Step:
         """The step as a function of (t, state, h)."""
@@ -211,7 +211,7 @@ class ClosedStepper(Stepper):
                 return here, rate
         return self.settle(*self._free(t, state, h))
 
-    def _accelerated(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
+    def _acceleration(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
         return self._closed.acceleration(q, qd, self.effort, self.push)
 
     def _damped_state(self, t: float, state: State, h: float) -> State:

@@ -190,13 +190,13 @@ class LiveLog:
     def _note(self, name: str, metadata: Mapping[str, object]) -> None:
         if self.fault or self._writer is None:
             return
-        texts = {key: json.dumps(value) for key, value in {**metadata, "log_number": self._counted()}.items()}
+        texts = {key: json.dumps(value) for key, value in {**metadata, "log_number": self._next_number()}.items()}
         try:
             self._writer.note(name, texts | {CHECKSUM: checksum(texts)})
         except OSError as fault:
             self._fail(fault)
 
-    def _counted(self) -> int:
+    def _next_number(self) -> int:
         """The number of the next message or note: where one is missing, the reader sees it."""
         self._count += 1
         return self._count - 1

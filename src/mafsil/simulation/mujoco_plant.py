@@ -76,7 +76,7 @@ class MuJoCoStepper(Stepper):
 
     def _step(self, t: float, state: State, h: float) -> State:
         q, qd = state
-        applied = self._applied(q, qd, self.effort, self.push)
+        applied = self._applied_efforts(q, qd, self.effort, self.push)
         arm, (rows, rates) = self._arm, (np.array(part, dtype=np.float64).reshape(-1, q.shape[-1]) for part in state)
         for k, effort in enumerate(applied.reshape(rows.shape)):
             self._write(rows[k], rates[k], effort)
@@ -86,7 +86,7 @@ class MuJoCoStepper(Stepper):
 
     def acceleration(self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None) -> JointVector:
         """qdd (*batch, n) that MuJoCo finds at a state, dry friction included."""
-        applied, found, arm = self._applied(q, qd, effort, push), np.empty(q.shape), self._arm
+        applied, found, arm = self._applied_efforts(q, qd, effort, push), np.empty(q.shape), self._arm
         n = q.shape[-1]
         rows = zip(*(part.reshape(-1, n) for part in (q, qd, applied, found)), strict=True)
         for position, rate, force, out in rows:
@@ -95,7 +95,9 @@ class MuJoCoStepper(Stepper):
             out[:] = arm.B.T @ arm.data.qacc
         return found
 
-    def _applied(self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None) -> JointVector:
+    def _applied_efforts(
+        self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None
+    ) -> JointVector:
         """Efforts (*batch, n) of motors and world together."""
         push = self.plant.tip_push(q, qd, push)
         applied = np.broadcast_to(effort - self._constant, q.shape)

@@ -144,7 +144,7 @@ class Recording(Answer):
             near_singular_sentence(self.metadata.get("near_singular"), language),
             saturation_sentence(self.t, self.saturated, joints, language),
             alternating_sentence(self.t, self.tau, joints, language),
-            *self._touched(language),
+            *self._contact_sentences(language),
             None if timed is None else timed.explain(language),
             self._log_fault(language),
         ]
@@ -167,7 +167,7 @@ class Recording(Answer):
         known = {"integrator": self.metadata["integrator"], "other": IMPLICIT_FRICTION}
         return f"{sentence}. {say('simulation.stiff_friction', language=language, **known)}"
 
-    def _touched(self, language: str | None) -> list[str | None]:
+    def _contact_sentences(self, language: str | None) -> list[str | None]:
         """What is to be said of contact: of a rigid surface its events, of others what the ticks show."""
         rigid = self.metadata.get("rigid_contact")
         if rigid is not None:

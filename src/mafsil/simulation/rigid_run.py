@@ -38,7 +38,7 @@ class RigidRun(Run):
 
     def to_the_end(self, progress: Progress | None) -> SimulationStatus:
         """The loop, in which sensors at the tip read what the surfaces exert."""
-        with measured_by(self._measured):
+        with measured_by(self._tip_wrench):
             return super().to_the_end(progress)
 
     def _command(self, law: Law, k: int, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
@@ -46,7 +46,7 @@ class RigidRun(Run):
         self._now = q, qd
         return super()._command(law, k, t, q, qd, reference)
 
-    def _measured(self) -> Vector6:
+    def _tip_wrench(self) -> Vector6:
         """(6,) what acts on the tip at the present tick, under the efforts of the one before; zero at the first."""
         wrench, (q, qd) = np.zeros(6), self._now
         if self.tick and self._contacts.touching:

@@ -45,13 +45,13 @@ class VariedStepper(Stepper):
 
     def move(self) -> Step:
         """The step as a function of (t, state, h)."""
-        return self._moved
+        return self._next_state
 
     def acceleration(self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None) -> JointVector:
         """qdd (*batch, b, n) with which a step begins."""
         return np.asarray(self._results(q, qd, effort, push, self.step)["acceleration"])
 
-    def _moved(self, t: float, state: State, h: float) -> State:
+    def _next_state(self, t: float, state: State, h: float) -> State:
         q, qd = state
         after = self._results(q, qd, self.effort, self.push, h)["next_state"]
         return self.settle(after[..., 0, :], after[..., 1, :])

@@ -288,7 +288,7 @@ class LoopBook:
     def gap(self, q: Numbers) -> Numbers:
         """(b, r) what the loops miss, lengths over the size."""
         T = self.book.poses(q)
-        return np.concatenate([self._missed(joint, self._seen(joint, T)) for joint in self._joints], axis=1)
+        return np.concatenate([self._pose_residual(joint, self._seen(joint, T)) for joint in self._joints], axis=1)
 
     def rows(self, q: Floats) -> Floats:
         """(b, r, n) G, by the complex step."""
@@ -326,7 +326,7 @@ class LoopBook:
         parent, child = self._ends(joint)
         return inverse(T[:, parent] @ np.asarray(joint.T_pj)) @ T[:, child]
 
-    def _missed(self, joint: Joint, T: Numbers) -> Numbers:
+    def _pose_residual(self, joint: Joint, T: Numbers) -> Numbers:
         """(b, r) g of poses (b, 4, 4)."""
         still = np.broadcast_to(np.eye(4), T.shape)
         return self._linear(joint, T, _angle(joint.axis, T)) - self._linear(joint, still, np.zeros(len(T)))

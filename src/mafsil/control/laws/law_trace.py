@@ -200,7 +200,7 @@ def _with_memory(law: Any, period: float, called: Callable[[Any], Traced]) -> tu
         return effort, [], None
     # 3.
     later, symbols, nexts = _later_call(law, period, called, shapes, session)
-    keep, keys = _needed(later.column(), symbols, nexts), list(shapes)
+    keep, keys = _parts_in_use(later.column(), symbols, nexts), list(shapes)
     symbols, nexts, keys = [symbols[k] for k in keep], [nexts[k] for k in keep], [keys[k] for k in keep]
     if not keep:
         return later, [], None
@@ -267,7 +267,7 @@ def _array(column: ex.Expression) -> Traced:
     return Traced(numbers)
 
 
-def _needed(effort: ex.Expression, symbols: Sequence[Any], nexts: Sequence[Any]) -> list[int]:
+def _parts_in_use(effort: ex.Expression, symbols: Sequence[Any], nexts: Sequence[Any]) -> list[int]:
     """Which parts of a memory the efforts depend on, now or later."""
     used = {id(x) for x in _symbols([effort])}
     keep: list[int] = []

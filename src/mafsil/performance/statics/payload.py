@@ -122,7 +122,7 @@ def velocity_polytope(robot: Robot, q: ArrayLike, task: Task = "position") -> Po
         InputError: a joint has no rate limit, or the set is flat (a singular configuration).
     """
     J = task_jacobian(robot, require_one("q", q, robot.n), task)
-    corners = np.array(list(product((-1.0, 1.0), repeat=robot.n))) * _bound(robot, "velocity")
+    corners = np.array(list(product((-1.0, 1.0), repeat=robot.n))) * _joint_limits(robot, "velocity")
     return _hull(robot, corners @ J.T)
 
 
@@ -142,7 +142,7 @@ def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravi
     from scipy.spatial import HalfspaceIntersection, QhullError
 
     configuration = require_one("q", q, robot.n)
-    J, limits = task_jacobian(robot, configuration, task), _bound(robot, "effort")
+    J, limits = task_jacobian(robot, configuration, task), _joint_limits(robot, "effort")
     weight = robot.gravity_torque(configuration) if gravity else np.zeros(robot.n)
     if (np.abs(weight) >= limits).any():
         worst = robot.joint_names[int((np.abs(weight) - limits).argmax())]
@@ -160,7 +160,7 @@ def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravi
     return Polytope(A, b, _order(np.unique(np.round(found, 12), axis=0)))
 
 
-def _bound(robot: Robot, what: str) -> Floats:
+def _joint_limits(robot: Robot, what: str) -> Floats:
     limits = np.asarray(getattr(robot.limits, what))
     if not np.isfinite(limits).all():
         joint = robot.joint_names[int(np.argmax(~np.isfinite(limits)))]

@@ -169,7 +169,7 @@ def diagnose_path(
     )
     gaps = [_gap(robot, path, task, reach, ends) for ends in (*reach.unreachable, *reach.beyond_limits)]
     if slow:
-        s, q, rates, followed = _led(robot, path, task, start, samples)
+        s, q, rates, followed = _lead_along(robot, path, task, start, samples)
         changes = list[BranchChange]()
         pieces = [Piece(robot, path, task, s, q, rates)] if followed else []
     else:
@@ -279,7 +279,7 @@ def _pieces(ladder: Ladder, chain: Chain) -> Iterator[Piece]:
         yield Piece(ladder.robot, ladder.path, ladder.task, s, chain.q[a:b], rates[a:b])
 
 
-def _led(
+def _lead_along(
     robot: Robot, path: TipPath, task: PathTask, start: JointVector | None, samples: int
 ) -> tuple[Floats, JointVector, Floats, Outcome[PiecewisePolynomial | None]]:
     """A redundant arm led along the path by rates of least norm: samples, coordinates, rates by s, and how it went."""

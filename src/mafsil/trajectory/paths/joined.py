@@ -69,7 +69,7 @@ class JoinedPath:
 
     @cached_property
     def _length(self) -> float:
-        return self._measured(slice(3, 6))
+        return self._path_measure(slice(3, 6))
 
     @property
     def angle(self) -> float:
@@ -78,7 +78,7 @@ class JoinedPath:
 
     @cached_property
     def _angle(self) -> float:
-        return self._measured(slice(0, 3))
+        return self._path_measure(slice(0, 3))
 
     @property
     def breaks(self) -> Floats:
@@ -207,7 +207,7 @@ class JoinedPath:
             rotation.log(np.swapaxes(sharp[..., :3, :3], -1, -2) @ here[..., :3, :3]), axis=-1
         )
 
-    def _measured(self, rows: slice) -> float:
+    def _path_measure(self, rows: slice) -> float:
         """Integral of the size of a part of the twist."""
         nodes, weights = np.polynomial.legendre.leggauss(16)
         breaks: list[float] = self.breaks.tolist()

@@ -165,7 +165,7 @@ class _Stretch:
                     continue
             # 4. and 5.
             motion = _in_time(self.path, grid, basis, c)
-            used = self._used(motion)
+            used = self._share_used(motion)
             motion = self._stretch(motion)
             excess = self._excess(motion)
             worst = max((float(part.max()) for part in excess), default=0.0)
@@ -248,7 +248,7 @@ class _Stretch:
         factor = motion.stretch_needed(self.limits) * (1.0 + ROUNDING)
         return motion.scale_time(max(factor, 1.0) if self.sampled else factor)
 
-    def _used(self, motion: PathMotion) -> Floats:
+    def _share_used(self, motion: PathMotion) -> Floats:
         """(3, pieces) the largest share of the limits of velocity, acceleration and jerk in each piece."""
         t = _in_pieces(motion)
         here = motion.at(t.ravel())
