@@ -114,7 +114,7 @@ def _trace(order: Order) -> TapeEntry:
     with _no_collection():
         program = translation.trace_function(order.build())
     seconds = time.perf_counter() - started
-    entry = TapeEntry(program.hash, program.counts(), seconds, cache.pack_tape(program.text()))
+    entry = TapeEntry(program.hash, program.counts(), seconds, cache.pack_tape(program.text))
     order.store.put_tape(order.key, entry)
     return entry
 

@@ -39,6 +39,7 @@ from mafsil.kernels.target import Target
 
 TILE_BYTES = 1 << 22
 """Bytes of stack that the rows of one tile may take: half of what a thread has on most systems."""
+Places = dict[int, list[tuple[int, int]]]
 
 
 def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, ...] = (BATCH, SINGLE)) -> str:
@@ -192,8 +193,9 @@ class _Entry:
         self.group = "#1" if scalar else "#0"
         # 3.
         found, cells = pieces
+        places = _places(tape)
         texts = [
-            _emit(tape, found, k, Text(target.fma, target.rounding, scalar=scalar), width, in_rows)
+            _emit(tape, found, k, Text(target.fma, target.rounding, scalar=scalar), width, places, in_rows)
             for k in range(len(found))
         ]
         for text in texts:
@@ -219,36 +221,30 @@ class _Entry:
         self.lines.append("  ret void")
 
 
-def _emit(tape: Tape, pieces: list[Segment], k: int, text: Text, width: int, in_rows: bool) -> Text:
+def _emit(
+    tape: Tape, pieces: list[Segment], k: int, text: Text, width: int, places: Places, in_rows: bool
+) -> Text:  # fmt: skip
     """The text of piece k; the first also stores the outputs that are inputs or constants."""
     # Stack space is reserved in the entry block, whose lines are known last; the arithmetic begins in another one.
     text.do("br label %body")
     text.label("body")
-    _fill(tape, pieces[k], text, width, first=k == 0, only=len(pieces) == 1, in_rows=in_rows)
-    return text
-
-
-def _fill(
-    tape: Tape, piece: Segment, text: Text, width: int, *, first: bool = True, only: bool = True, in_rows: bool = True
-) -> None:  # fmt: skip
-    """The arithmetic of a piece; `first` of the tape, the `only` one."""
-    places = _places(tape)
-    program = Program(tape, piece, text, width, in_rows)
+    program = Program(tape, pieces[k], text, width, in_rows)
     # Outputs may overwrite inputs: a single piece on one row reads all of them first.
-    if width == 1 and only:
+    if width == 1 and len(pieces) == 1:
         program.preload()
     # Outputs that are inputs or constants belong to no piece; the first one writes them. (With several lanes they are
     # part of the blocks.)
-    if first:
+    if k == 0:
         for i, where in places.items():
             if tape.nodes[i].op in ("input", "const"):
                 program.store(i, where)
     program.emit(places)
+    return text
 
 
-def _places(tape: Tape) -> dict[int, list[tuple[int, int]]]:
+def _places(tape: Tape) -> Places:
     """For every node, the (port, element) of the outputs that it is."""
-    places: dict[int, list[tuple[int, int]]] = {}
+    places: Places = {}
     for k, port in enumerate(tape.outputs):
         for element, i in enumerate(port):
             places.setdefault(i, []).append((k, element))
