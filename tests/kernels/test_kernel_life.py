@@ -41,6 +41,7 @@ from mafsil.kernels import (
     warm,
 )
 from mafsil.kernels.cache import Store
+from mafsil.kernels.compiler import shared_code
 from mafsil.kernels.layout import BATCH, LANE_COUNT, SINGLE
 from tests.reliability import specimens
 
@@ -107,8 +108,8 @@ def test_the_cache_spares_the_builder(folder):
     assert builds == [2.0]
     assert len(list(folder.glob("*.tape"))) == 1
     assert (
-        len(list(folder.glob("*.kernel"))) == 2
-    )  # the single entry, and what is the same for all kernels of this shape
+        len(list(folder.glob("*.kernel"))) == 3
+    )  # the single entry, what is the same for all kernels of this shape, and for all kernels
 
 
 def test_a_start_from_the_cache_imports_neither_llvm_nor_expressions(folder):
@@ -419,7 +420,7 @@ def test_an_edit_that_changes_no_operation_costs_tracing_only(folder, monkeypatc
     warm([compile(VECTOR, partial(scaled, 3.0), key="scaled", fingerprints=("later",))])
     assert sorted(made) == sorted((BATCH, SINGLE))  # what lies around them knows shapes only
     assert len(list(folder.glob("*.tape"))) == 3
-    assert len(list(folder.glob("*.kernel"))) == 5
+    assert len(list(folder.glob("*.kernel"))) == 6  # what all kernels call among them
 
 
 def test_a_tape_that_is_not_its_hash_is_traced_again(folder):
@@ -455,7 +456,7 @@ def test_warm_readies_several(folder):
     warm(kernels, workers=3)
     assert sorted(builds) == [0.0, 1.0, 2.0, 3.0]
     assert all("image" in vars(k) for k in kernels)
-    assert len(list(folder.glob("*.kernel"))) == 2 * 4 + 1
+    assert len(list(folder.glob("*.kernel"))) == 2 * 4 + 2
     warm(kernels)
     assert len(builds) == 4
 
@@ -563,7 +564,7 @@ def test_the_small_linker_loads_what_llvm_loads():
     k(*specimens.states(3, 2)), k(*specimens.states(3, 1)[0], 0.1)
     for part in (BATCH, SINGLE):
         entry = Store(cache.default().directory).get(object_key(k, part))
-        ours, llvm = (link(entry.code, image.ENTRIES[part]) for link in (elf.load, target.load))
+        ours, llvm = (link(entry.code, image.ENTRIES[part], shared_code()) for link in (elf.load, target.load))
         assert ours is not None
         answers = [image.canary_outputs(c, part, k.signature, entry.inputs) for c in (ours, llvm)]
         assert answers == [entry.outputs] * 2

@@ -378,3 +378,18 @@ def test_pieces_in_place(monkeypatch: pytest.MonkeyPatch) -> None:
     single = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(compiled.code.single)
     single(alone.ctypes.data, alone.ctypes.data)
     assert np.array_equal(alone, expected[4])
+
+
+def test_a_module_alone_and_one_that_calls_what_all_share_give_the_same_bits() -> None:
+    x = ex.symbol("x", 3)
+    tape = reduce(read(ex.Function("f", [x], [ex.vertcat(ex.sin(x), ex.exp(x[0]) * x[1])])))
+    signature, machine = Signature("f", (Port("x", (3,)),), (Port("y", (4,)),)), target.host()
+    rows = np.random.default_rng(2).normal(0, 3, (37, 3)) * 10.0 ** np.arange(37)[:, None]
+    linked = Program(tape, signature)
+    alone = Program(tape, signature)
+    ir = lower(tape, signature, machine)
+    assert all(name in ir and f"declare void @{name}(" not in ir for name in ("mafsil_huge", "mafsil_in_any"))
+    code = target.load(target.compile(ir, machine))
+    alone._batch = type(alone._batch)(code.batch)
+    for streamed in (False, True):
+        assert np.array_equal(linked.batch(rows, streamed=streamed), alone.batch(rows, streamed=streamed))

@@ -48,7 +48,7 @@ def test_text_keeps_every_bit_and_the_hash() -> None:
         Node("const", (), float("inf")),
     )
     tape = Tape(nodes, (1,), ((3, 2, 4),))
-    again = from_text(tape.text())
+    again = from_text(tape.text)
     assert again == tape
     assert again.hash == tape.hash
     assert str(again.nodes[2].value) == "-0.0"

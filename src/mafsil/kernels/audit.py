@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.expression import Function
 from mafsil.kernels import target as targets
+from mafsil.kernels.compiler import shared_code
 from mafsil.kernels.layout import Signature
 from mafsil.kernels.lower import lower
 from mafsil.kernels.reduce import reduce
@@ -31,9 +32,9 @@ class Program:
         self.signature = signature
         self.target = target or targets.host()
         self.tape = tape
-        self.ir = lower(tape, signature, self.target)
+        self.ir = lower(tape, signature, self.target, alone=False)
         self.object_code = targets.compile(self.ir, self.target)
-        self.code = targets.load(self.object_code)
+        self.code = targets.load(self.object_code, imports=shared_code(self.target))
         pointers = [ctypes.c_void_p] * len(signature.ports)
         self._batch = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(self.code.batch)
         self._single = ctypes.CFUNCTYPE(None, *pointers)(self.code.single)

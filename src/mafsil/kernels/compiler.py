@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import atexit
 import gc
+import json
 import os
 import threading
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -21,7 +22,7 @@ from weakref import WeakValueDictionary
 
 from mafsil.code_store import compilation, warn
 from mafsil.errors import KernelError
-from mafsil.kernels import cache, identity, image, target
+from mafsil.kernels import cache, elf, identity, image, runtime, target
 from mafsil.kernels.cache import Entry, KernelRecord, Store, TapeEntry
 from mafsil.kernels.call import CALL
 from mafsil.kernels.image import Image, Part
@@ -114,7 +115,7 @@ def _trace(order: Order) -> TapeEntry:
     with _no_collection():
         program = translation.trace_function(order.build())
     seconds = time.perf_counter() - started
-    entry = TapeEntry(program.hash, program.counts(), seconds, cache.pack_tape(program.text()))
+    entry = TapeEntry(program.hash, program.counts(), seconds, cache.pack_tape(program.text))
     order.store.put_tape(order.key, entry)
     return entry
 
@@ -223,8 +224,50 @@ def _other_answers(order: Order, whole: Image, name: str) -> bytes | None:
 
 
 def _load(order: Order, name: str, entry: Entry, *, cached: bool) -> Part | None:
+    imports = dict[str, int]() if name == CALL else shared_code(order.target, order.store)
     with _llvm:
-        return image.load(name, entry, order.signature, cached=cached)
+        return image.load(name, entry, order.signature, imports, cached=cached)
+
+
+def shared_code(machine: Target | None = None, store: Store | None = None) -> Mapping[str, int]:
+    """Addresses of what all kernels of a processor call (`lower.shared`); compiled once, kept as long as the process.
+
+    Args:
+        machine: the processor; None is this one.
+        store: where the code is kept; None is that of this process.
+    """
+    words = identity.machine() if machine is None else machine.identity
+    key = identity.object_key("shared", "", Signature("shared", (), ()), words)
+    kept = store or cache.default()
+    with _lock_of(key):
+        if (key, kept) not in _in_stores:
+            entry = kept.get(key)
+            if entry is None:
+                with _llvm:
+                    entry = _shared[key][0] if key in _shared else _compile_shared(machine or target.host())
+                kept.put(key, entry)
+            _in_stores.add((key, kept))
+            if key not in _shared:
+                _shared[key] = entry, _load_shared(entry)
+        return _shared[key][1]
+
+
+def _load_shared(entry: Entry) -> Mapping[str, int]:
+    symbols: list[str] = json.loads(entry.provenance)
+    with _llvm:
+        loaded = elf.load(entry.code, symbols) or target.load(entry.code, symbols)
+    runtime.forever(loaded)
+    return loaded.addresses
+
+
+def _compile_shared(machine: Target) -> Entry:
+    ir, symbols = translation.shared(machine)
+    return Entry(target.compile(ir, machine), b"", b"", json.dumps(symbols).encode())
+
+
+_shared: dict[str, tuple[Entry, Mapping[str, int]]] = {}
+_in_stores: set[tuple[str, Store]] = set()
+"""Which stores have it, so that a later process need not compile it."""
 
 
 _OTHER = {BATCH: SINGLE, SINGLE: BATCH, LANES: BATCH}

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Literal
 
 Comparison = Literal["olt", "ole", "oeq", "une", "ogt", "oge", "uno", "ord"]
@@ -67,9 +68,16 @@ class Text:
 
     def call(self, intrinsic: str, kind: str, *args: str) -> str:
         """Call an overloaded intrinsic of the same type in all places."""
-        suffix = intrinsic_suffix(kind)
-        self.declared.add(f"declare {kind} @llvm.{intrinsic}.{suffix}({', '.join([kind] * len(args))})")
-        return self.let(f"call {kind} @llvm.{intrinsic}.{suffix}({', '.join(f'{kind} {a}' for a in args)})")
+        name, between, declaration = _intrinsic(intrinsic, kind, len(args))
+        self.declared.add(declaration)
+        return self.let(f"{name}{between.join(args)})")
+
+
+@cache
+def _intrinsic(name: str, kind: str, count: int) -> tuple[str, str, str]:
+    """Of a call: what stands before its arguments and between them, and the declaration."""
+    head = f"{kind} @llvm.{name}.{intrinsic_suffix(kind)}("
+    return f"call {head}{kind} ", f", {kind} ", f"declare {head}{', '.join([kind] * count)})"
 
 
 def intrinsic_suffix(kind: str) -> str:

@@ -151,16 +151,19 @@ class Image:
         )
 
 
-def load(name: str, entry: Entry, signature: Signature, *, cached: bool) -> Part | None:
+def load(
+    name: str, entry: Entry, signature: Signature, imports: Mapping[str, int], *, cached: bool
+) -> Part | None:  # fmt: skip
     """Bring verified object code into memory; None if it does not repeat its canary.
 
     Args:
         name: of the part.
         entry: code and canary.
         signature: ports.
+        imports: addresses of what the code may call.
         cached: whether it came from the disk; code that did not has no answers to repeat yet.
     """
-    loaded = elf.load(entry.code, ENTRIES[name]) or target.load(entry.code, ENTRIES[name])
+    loaded = elf.load(entry.code, ENTRIES[name], imports) or target.load(entry.code, ENTRIES[name], imports)
     answers = b"" if name == CALL else canary_outputs(loaded, name, signature, entry.inputs)
     right = not cached or same_bits(answers, entry.outputs)
     return Part(loaded.addresses, entry.provenance, cached, loaded, answers) if right else None

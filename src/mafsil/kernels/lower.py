@@ -12,7 +12,8 @@ does the same with W numbers in place of one (`<W x double>`), element e of W ro
 4. One piece is the body itself; several become functions that the body calls one after another, values for later
    pieces in memory at `%far`.
 5. The batch entry is wrapped in what brings rows into lanes (`staging`); the single entry takes pointers as they are.
-6. What all need once: declarations of intrinsics, the reduction of huge angles (`argument`), attributes.
+6. What all need once: declarations of intrinsics, attributes. What moves rows and reduces huge angles is the same for
+   all kernels of a processor: a part of a module that stands alone, else compiled once and called (`shared`).
 
 Compiled apart, each entry is there as soon as it is needed, and a kernel that is only ever called in one way has only
 that. Comments are kept out of the IR itself: its length decides how hard LLVM tries (`target`). Kernels from the cache
@@ -21,6 +22,8 @@ the printers of IR it takes 30 ms, more than all the rest of a start.
 """
 
 from __future__ import annotations
+
+import re
 
 from mafsil.errors import KernelError
 from mafsil.expression import Function
@@ -33,22 +36,26 @@ from mafsil.kernels.program import Program
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.rows import blocks
 from mafsil.kernels.schedule import Segment, segments
-from mafsil.kernels.staging import BODY, staging
+from mafsil.kernels.staging import BODY, movers, staging
 from mafsil.kernels.tape import Tape, from_text, read
 from mafsil.kernels.target import Target
 
 TILE_BYTES = 1 << 22
 """Bytes of stack that the rows of one tile may take: half of what a thread has on most systems."""
+Places = dict[int, list[tuple[int, int]]]
 
 
-def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, ...] = (BATCH, SINGLE)) -> str:
-    """Text of one module with the entries, without calls to anything outside.
+def lower(
+    tape: Tape, signature: Signature, target: Target, entries: tuple[str, ...] = (BATCH, SINGLE), alone: bool = True
+) -> str:
+    """Text of one module with the entries.
 
     Args:
         tape: the program, reduced or not.
         signature: its ports; sizes must be those of the tape.
         target: lanes, and whether products and sums may be fused.
         entries: which of `mafsil_batch`, `mafsil_single` and `mafsil_lanes`.
+        alone: without calls to anything outside; else it calls the functions of `shared`.
 
     Raises:
         KernelError: the ports do not fit the tape, or a tile not the stack.
@@ -56,7 +63,7 @@ def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, 
     # 1. (The stack is checked with the batch entry.)
     _check(tape, signature)
     # 2. to 5. for each entry.
-    declared, lines = {"declare i64 @llvm.ctlz.i64(i64, i1)"}, [f'target triple = "{target.triple}"']
+    declared, lines = {"declare i64 @llvm.ctlz.i64(i64, i1)"}, list[str]()
     for name, body in ((BATCH, _batch), (SINGLE, _single), (LANES, _lanes)):
         if name in entries:
             found, text = body(tape, signature, target)
@@ -69,16 +76,44 @@ def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, 
         lines.append(f"@{ALONE} = {known}, align 8")
     # 6.
     operations = {node.op for node in tape.nodes}
-    if operations & {"sin", "cos", "tan"}:
-        huge, found = huge_function(target.fma, "#0")
+    found, text = _called(target, moves=BATCH in entries, turns=bool(operations & {"sin", "cos", "tan"}))
+    if alone:
         declared |= found
-        lines.append(huge)
+        lines.append(text)
+    else:
+        declared |= {f"declare {re.sub(' %[a-z._]+', '', head)}" for head in re.findall(_HEAD, text)}
+    return _module(target, declared, lines)
+
+
+def shared(target: Target) -> tuple[str, list[str]]:
+    """Text of the module with what all kernels of a processor call, and its symbols.
+
+    Args:
+        target: lanes, and whether products and sums may be fused.
+    """
+    declared, text = _called(target)
+    symbols = [head.split("@")[1].split("(")[0] for head in re.findall(_HEAD, text)]
+    return _module(target, declared, [text.replace("define internal", "define dso_local")]), symbols
+
+
+_HEAD = re.compile(r"(?m)^define internal (.*\)) .*\{$")
+"""A function of `_called`: its type, name and arguments."""
+
+
+def _called(target: Target, moves: bool = True, turns: bool = True) -> tuple[set[str], str]:
+    """Declarations and text of what moves rows, and of what reduces huge angles."""
+    huge, declared = huge_function(target.fma, "#0") if turns else ("", set[str]())
+    return declared, (movers(target.lanes, "#0", target.triple) if moves else "") + huge
+
+
+def _module(target: Target, declared: set[str], lines: list[str]) -> str:
     # LLVM would split vectors of 512 bits on processors where it thinks them slow; "no-builtins" keeps it from turning
     # loops into calls of memcpy, which nobody would link. The weights are those of `argument`: one in a million.
     bits = 64 * target.lanes  # The lanes of LANES are split where vectors are narrower.
     attributes = f'"min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}" "no-builtins" nounwind'
     weights = '!0 = !{!"branch_weights", i32 1, i32 1000000}'
-    return "\n".join([*lines[:1], *sorted(declared), *lines[1:], f"attributes #0 = {{ {attributes} }}", weights, ""])
+    triple = f'target triple = "{target.triple}"'
+    return "\n".join([triple, *sorted(declared), *lines, f"attributes #0 = {{ {attributes} }}", weights, ""])
 
 
 def _batch(tape: Tape, signature: Signature, target: Target) -> tuple[set[str], list[str]]:
@@ -192,8 +227,9 @@ class _Entry:
         self.group = "#1" if scalar else "#0"
         # 3.
         found, cells = pieces
+        places = _places(tape)
         texts = [
-            _emit(tape, found, k, Text(target.fma, target.rounding, scalar=scalar), width, in_rows)
+            _emit(tape, found, k, Text(target.fma, target.rounding, scalar=scalar), width, places, in_rows)
             for k in range(len(found))
         ]
         for text in texts:
@@ -219,36 +255,30 @@ class _Entry:
         self.lines.append("  ret void")
 
 
-def _emit(tape: Tape, pieces: list[Segment], k: int, text: Text, width: int, in_rows: bool) -> Text:
+def _emit(
+    tape: Tape, pieces: list[Segment], k: int, text: Text, width: int, places: Places, in_rows: bool
+) -> Text:  # fmt: skip
     """The text of piece k; the first also stores the outputs that are inputs or constants."""
     # Stack space is reserved in the entry block, whose lines are known last; the arithmetic begins in another one.
     text.do("br label %body")
     text.label("body")
-    _fill(tape, pieces[k], text, width, first=k == 0, only=len(pieces) == 1, in_rows=in_rows)
-    return text
-
-
-def _fill(
-    tape: Tape, piece: Segment, text: Text, width: int, *, first: bool = True, only: bool = True, in_rows: bool = True
-) -> None:  # fmt: skip
-    """The arithmetic of a piece; `first` of the tape, the `only` one."""
-    places = _places(tape)
-    program = Program(tape, piece, text, width, in_rows)
+    program = Program(tape, pieces[k], text, width, in_rows)
     # Outputs may overwrite inputs: a single piece on one row reads all of them first.
-    if width == 1 and only:
+    if width == 1 and len(pieces) == 1:
         program.preload()
     # Outputs that are inputs or constants belong to no piece; the first one writes them. (With several lanes they are
     # part of the blocks.)
-    if first:
+    if k == 0:
         for i, where in places.items():
             if tape.nodes[i].op in ("input", "const"):
                 program.store(i, where)
     program.emit(places)
+    return text
 
 
-def _places(tape: Tape) -> dict[int, list[tuple[int, int]]]:
+def _places(tape: Tape) -> Places:
     """For every node, the (port, element) of the outputs that it is."""
-    places: dict[int, list[tuple[int, int]]] = {}
+    places: Places = {}
     for k, port in enumerate(tape.outputs):
         for element, i in enumerate(port):
             places.setdefault(i, []).append((k, element))
@@ -302,5 +332,5 @@ def translate(part: str, program: str | None, signature: Signature, machine: Tar
     """
     if program is None or part == CALL:
         return call.wrapper(signature, machine.triple)
-    ir = lower(from_text(program), signature, machine, (part,))
+    ir = lower(from_text(program), signature, machine, (part,), alone=False)
     return ir + call.loop(machine.triple) if part == BATCH else ir

@@ -154,7 +154,7 @@ class Program:
             other = self.value(node.args[2]) if node.op == "select" else self.lanes.const(0.0)
             self.names[i] = self.lanes.select(self.mask(node.args[0]), self.value(node.args[1]), other)
         else:
-            self.names[i] = _EMIT[node.op](self.lanes, *(self.value(a) for a in node.args))
+            self.names[i] = _EMIT[node.op](self.lanes, *[self.value(a) for a in node.args])
 
     def comparison(self, node: Node) -> str:
         """Mask of a comparison or of a logical operation."""

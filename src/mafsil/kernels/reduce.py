@@ -19,7 +19,7 @@ from collections.abc import Callable
 
 from mafsil.kernels.fusion import fuse, in_rows
 from mafsil.kernels.schedule import schedule
-from mafsil.kernels.tape import Node, Tape, alive
+from mafsil.kernels.tape import Node, Tape, places
 
 COMPARISONS = frozenset(["lt", "le", "eq", "ne", "and", "or", "not"])
 """Operations whose value is 1 or 0."""
@@ -31,90 +31,96 @@ def reduce(tape: Tape) -> Tape:
 
 
 def _simplify(tape: Tape) -> Tape:
-    """Local rewrites, each value offered once to every rule, equal values shared."""
+    """Local rewrites, each value offered once to every rule, equal values shared; some are dead afterwards."""
     builder = _Builder()
     place: list[int] = []
     for node in tape.nodes:
         if node.op in ("input", "const"):
             place.append(builder.leaf(node))
         else:
-            place.append(builder.emit(node.op, *(place[a] for a in node.args)))
+            place.append(builder.emit(node.op, *places(node.args, place)))
     outputs = tuple(tuple(place[i] for i in port) for port in tape.outputs)
-    return alive(Tape(tuple(builder.nodes), tape.input_sizes, outputs))
+    return Tape(tuple(builder.nodes), tape.input_sizes, outputs)
 
 
 class _Builder:
-    """Grows a list of nodes; equal values get equal indices."""
+    """Grows a list of nodes; equal values get equal indices.
+
+    Attributes:
+        nodes: made so far.
+        index: where each operation on its arguments is.
+        numbers: values of the constants among them.
+        negands: x, of the nodes that are -x.
+    """
 
     def __init__(self) -> None:
         self.nodes: list[Node] = []
-        self.index: dict[tuple[object, ...], int] = {}
+        self.index: dict[tuple[str, object], int] = {}
+        self.numbers: dict[int, float] = {}
+        self.negands: dict[int, int] = {}
 
     def leaf(self, node: Node) -> int:
-        key = ("const", node.value.hex()) if node.op == "const" else ("input", *node.args)
-        return self._shared(key, node)
+        """An input or a constant, of which every bit counts."""
+        key = (node.op, node.value.hex() if node.op == "const" else node.args)
+        if key not in self.index:
+            self.index[key] = len(self.nodes)
+            if node.op == "const":
+                self.numbers[len(self.nodes)] = node.value
+            self.nodes.append(node)
+        return self.index[key]
 
     def const(self, value: float) -> int:
         return self.leaf(Node("const", (), value))
 
     def emit(self, op: str, *args: int) -> int:
         """Index of the value `op(*args)` after all rules."""
-        folded = self._fold(op, args)
-        if folded is not None:
-            return self.const(folded)
+        if args[0] in self.numbers and args[-1] in self.numbers:
+            folded = self._fold(op, args)
+            if folded is not None:
+                return self.const(folded)
         rule = _RULES.get(op)
         found = rule(self, *args) if rule else None
         return self.plain(op, *args) if found is None else found
 
     def plain(self, op: str, *args: int) -> int:
         """The operation itself, arguments of commutative ones in a fixed order."""
-        if op in ("add", "mul", "eq", "ne", "and", "or") and args[0] > args[1]:
+        if op in _COMMUTATIVE and args[0] > args[1]:
             args = (args[1], args[0])
-        return self._shared((op, *args), Node(op, args))
-
-    def value(self, i: int) -> float | None:
-        """The number, if node i is a constant."""
-        return self.nodes[i].value if self.nodes[i].op == "const" else None
-
-    def is_const(self, i: int, value: float) -> bool:
-        """Node i is the constant `value`, whatever the sign of zero."""
-        return self.nodes[i].op == "const" and self.nodes[i].value == value
-
-    def negand(self, i: int) -> int | None:
-        """x, if node i is -x."""
-        return self.nodes[i].args[0] if self.nodes[i].op == "neg" else None
-
-    def _shared(self, key: tuple[object, ...], node: Node) -> int:
-        if key not in self.index:
-            self.index[key] = len(self.nodes)
-            self.nodes.append(node)
-        return self.index[key]
+        found = self.index.get((op, args))
+        if found is None:
+            found = self.index[op, args] = len(self.nodes)
+            self.nodes.append(Node(op, args))
+            if op == "neg":
+                self.negands[found] = args[0]
+        return found
 
     def _fold(self, op: str, args: tuple[int, ...]) -> float | None:
-        values = [self.value(a) for a in args]
         fold = _FOLDS.get(op)
-        if fold is None or None in values:
+        if fold is None:
             return None
         try:
-            return float(fold(*values))
+            return float(fold(*[self.numbers[a] for a in args]))
         except (ValueError, OverflowError, ZeroDivisionError):
             return None
 
 
+_COMMUTATIVE = frozenset(("add", "mul", "eq", "ne", "and", "or"))
+
+
 def _neg(b: _Builder, x: int) -> int | None:
-    return b.negand(x)
+    return b.negands.get(x)
 
 
 def _add(b: _Builder, x: int, y: int) -> int | None:
-    if b.is_const(x, 0.0):
+    if b.numbers.get(x) == 0.0:
         return y
-    if b.is_const(y, 0.0):
+    if b.numbers.get(y) == 0.0:
         return x
     if x == y:
         return b.emit("mul", b.const(2.0), x)
-    if (minus := b.negand(y)) is not None:
+    if (minus := b.negands.get(y)) is not None:
         return b.emit("sub", x, minus)
-    if (minus := b.negand(x)) is not None:
+    if (minus := b.negands.get(x)) is not None:
         return b.emit("sub", y, minus)
     return _choice(b, x, y)
 
@@ -132,24 +138,24 @@ def _choice(b: _Builder, x: int, y: int) -> int | None:
 
 
 def _sub(b: _Builder, x: int, y: int) -> int | None:
-    if b.is_const(y, 0.0):
+    if b.numbers.get(y) == 0.0:
         return x
-    if b.is_const(x, 0.0):
+    if b.numbers.get(x) == 0.0:
         return b.emit("neg", y)
-    if (minus := b.negand(y)) is not None:
+    if (minus := b.negands.get(y)) is not None:
         return b.emit("add", x, minus)
-    if (minus := b.negand(x)) is not None:
+    if (minus := b.negands.get(x)) is not None:
         return b.emit("neg", b.emit("add", minus, y))
-    if ("sub", y, x) in b.index:
-        return b.emit("neg", b.index["sub", y, x])
+    if (opposite := b.index.get(("sub", (y, x)))) is not None:
+        return b.emit("neg", opposite)
     return None
 
 
 def _mul(b: _Builder, x: int, y: int) -> int | None:
-    if b.value(y) is not None:
+    if b.numbers.get(y) is not None:
         x, y = y, x
-    minus_x, minus_y = b.negand(x), b.negand(y)
-    constant = b.value(x)
+    minus_x, minus_y = b.negands.get(x), b.negands.get(y)
+    constant = b.numbers.get(x)
     if constant is not None:
         if constant == 1.0:
             return y
@@ -157,7 +163,7 @@ def _mul(b: _Builder, x: int, y: int) -> int | None:
             return b.emit("neg", y)
         if minus_y is not None:
             return b.emit("mul", b.const(-constant), minus_y)
-        if constant < 0.0 and ("mul", *sorted((b.const(-constant), y))) in b.index:
+        if constant < 0.0 and ("mul", tuple(sorted((b.const(-constant), y)))) in b.index:
             return b.emit("neg", b.emit("mul", b.const(-constant), y))
     elif minus_x is not None or minus_y is not None:
         product = b.emit("mul", x if minus_x is None else minus_x, y if minus_y is None else minus_y)
@@ -166,14 +172,14 @@ def _mul(b: _Builder, x: int, y: int) -> int | None:
 
 
 def _div(b: _Builder, x: int, y: int) -> int | None:
-    constant = b.value(y)
+    constant = b.numbers.get(y)
     if constant is not None and constant != 0.0 and math.isfinite(constant):
         mantissa, exponent = math.frexp(constant)
         if abs(mantissa) == 0.5 and -1021 < exponent < 1021:
             return b.emit("mul", x, b.const(1.0 / constant))
-    if (minus := b.negand(y)) is not None:
+    if (minus := b.negands.get(y)) is not None:
         return b.emit("neg", b.emit("div", x, minus))
-    if (minus := b.negand(x)) is not None:
+    if (minus := b.negands.get(x)) is not None:
         return b.emit("neg", b.emit("div", minus, y))
     return None
 
@@ -182,7 +188,7 @@ def _odd(op: str) -> Callable[[_Builder, int], int | None]:
     """f(-x) = -f(x)."""
 
     def rule(b: _Builder, x: int) -> int | None:
-        minus = b.negand(x)
+        minus = b.negands.get(x)
         return None if minus is None else b.emit("neg", b.emit(op, minus))
 
     return rule
@@ -192,7 +198,7 @@ def _even(op: str) -> Callable[[_Builder, int], int | None]:
     """f(-x) = f(x)."""
 
     def rule(b: _Builder, x: int) -> int | None:
-        minus = b.negand(x)
+        minus = b.negands.get(x)
         return None if minus is None else b.emit(op, minus)
 
     return rule
@@ -204,10 +210,10 @@ def _not(b: _Builder, x: int) -> int | None:
 
 
 def _if_else_zero(b: _Builder, condition: int, x: int) -> int | None:
-    known = b.value(condition)
+    known = b.numbers.get(condition)
     if known is not None:
         return x if known != 0.0 else b.const(0.0)
-    return x if b.is_const(x, 0.0) else None
+    return x if b.numbers.get(x) == 0.0 else None
 
 
 _RULES: dict[str, Callable[..., int | None]] = {

@@ -22,7 +22,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from mafsil.kernels.rows import Block
-from mafsil.kernels.tape import Node, Tape, arguments, reorder_nodes
+from mafsil.kernels.tape import Node, Tape, reorder_nodes
 
 TRIGONOMETRIC = frozenset(("sin", "cos"))
 """Operations that share one reduction of their argument."""
@@ -62,9 +62,11 @@ class _Order:
 
     def __init__(self, tape: Tape) -> None:
         self.tape = tape
-        self.need = _registers(tape)
+        need = _registers(tape)
+        self.rank = [need[i] * len(need) - i for i in range(len(need))]
+        """Rises with the need; of two equally needy values the earlier one ranks above."""
         self.groups = _groups(tape)
-        self.done: set[int] = set()
+        self.done = bytearray(len(need))
         self.result: list[int] = []
 
     def order(self) -> list[int]:
@@ -75,34 +77,41 @@ class _Order:
 
     def visit(self, root: int) -> None:
         """Emit everything `root` needs, then itself; an explicit stack, since tapes are deep."""
+        operands, done = self.tape.operands, self.done
         stack = [root]
         while stack:
             # The top of the stack is emitted when nothing is missing; until then what is missing goes on top of it.
             i = stack[-1]
-            if i in self.done:
+            if done[i]:
                 stack.pop()
                 continue
             members = self.groups.get(i, (i,))
-            needed = [a for m in members for a in arguments(self.tape.nodes[m]) if a not in self.done]
-            if needed:
+            needed = [a for m in members for a in operands[m] if not done[a]]
+            if len(needed) > 1:
                 # The last on the stack is the first to be computed: sorted by need, the neediest on top.
-                stack.extend(sorted(set(needed), key=lambda a: (self.need[a], -a)))
-                continue
-            stack.pop()
-            self.done.update(members)
-            self.result.extend(members)
+                stack.extend(sorted(set(needed), key=self.rank.__getitem__))
+            elif needed:
+                stack.extend(needed)
+            else:
+                stack.pop()
+                self.result.extend(members)
+                for m in members:
+                    done[m] = 1
 
 
 def _registers(tape: Tape) -> list[int]:
     """Sethi-Ullman numbers, taking the program for a tree."""
     need: list[int] = []
-    for node in tape.nodes:
-        if node.op in ("input", "const"):
-            need.append(0)
-            continue
+    for args in tape.operands:
         # The k-th operand is computed while the k before it wait in a register each.
-        below = sorted((need[a] for a in node.args), reverse=True)
-        need.append(max([1, *(n + k for k, n in enumerate(below))]))
+        if len(args) == 2:
+            first, second = need[args[0]], need[args[1]]
+            need.append(first + 1 if first == second else max(first, second))
+        elif args:
+            below = sorted([need[a] for a in args], reverse=True)
+            need.append(max([1, *[n + k for k, n in enumerate(below)]]))
+        else:
+            need.append(0)
     return need
 
 
@@ -112,8 +121,9 @@ def _groups(tape: Tape) -> dict[int, tuple[int, ...]]:
     # argument are one bundle; GROUP bundles fill a vector.
     depth: list[int] = []
     alike: dict[tuple[int, str], dict[tuple[int, ...], list[int]]] = defaultdict(lambda: defaultdict(list))
-    for i, node in enumerate(tape.nodes):
-        below = max((depth[a] for a in arguments(node)), default=0)
+    last = max([i for i, node in enumerate(tape.nodes) if node.op in EXPENSIVE], default=-1)
+    for i, node in enumerate(tape.nodes[: last + 1]):
+        below = max([depth[a] for a in tape.operands[i]], default=0)
         depth.append(below + (node.op in EXPENSIVE))
         if node.op in EXPENSIVE:
             alike[below, kind(node)][node.args].append(i)
@@ -161,9 +171,10 @@ def segments(tape: Tape, length: int = LENGTH, blocks: Sequence[Block] = ()) -> 
         blocks: outputs that are written together.
     """
     # 1.
-    pieces = list(_pieces(tape, length)) or [[]]
+    groups = list(_independent_groups(tape))
+    pieces = _pieces(tape, groups, length) or [[]]
     if len(pieces) > 2:
-        pieces = list(_pieces(tape, min(length, SHORT)))
+        pieces = _pieces(tape, groups, min(length, SHORT))
     # 2.
     last, complete = _last_pieces(tape, pieces, blocks)
     # 3.
@@ -175,7 +186,7 @@ def segments(tape: Tape, length: int = LENGTH, blocks: Sequence[Block] = ()) -> 
         for i in [i for i in known if last[i] < k]:
             free.append(known.pop(i))
         kept: dict[int, int] = {}
-        for i in (i for group in piece for i in group if last.get(i, -1) > k):
+        for i in (i for group in piece for i in group if last[i] > k):
             kept[i] = free.pop() if free else cells
             cells = max(cells, kept[i] + 1)
         found.append(Segment(tuple(piece), kept, dict(known), tuple(complete.get(k, ()))))
@@ -185,33 +196,35 @@ def segments(tape: Tape, length: int = LENGTH, blocks: Sequence[Block] = ()) -> 
 
 def _last_pieces(
     tape: Tape, pieces: list[list[Group]], blocks: Sequence[Block]
-) -> tuple[dict[int, int], dict[int, list[Block]]]:
-    """The last piece that needs each value, and the blocks that each piece completes."""
-    home = {i: k for k, piece in enumerate(pieces) for group in piece for i in group}
-    last: dict[int, int] = {}
-    for i, k in home.items():
-        for a in arguments(tape.nodes[i]):
-            if a in home:
-                last[a] = max(last.get(a, 0), k)
+) -> tuple[list[int], dict[int, list[Block]]]:
+    """The last piece that needs each value, -1 if none does, and the blocks that each piece completes."""
+    home, last = [-1] * len(tape.nodes), [-1] * len(tape.nodes)
+    for k, piece in enumerate(pieces):
+        for group in piece:
+            for i in group:
+                home[i] = k
+                for a in tape.operands[i]:
+                    last[a] = k
     complete: dict[int, list[Block]] = {}
     for block in blocks:
-        end = max((home[i] for i in block.nodes if i in home), default=0)
+        end = max(0, *(home[i] for i in block.nodes))
         complete.setdefault(end, []).append(block)
-        last.update({i: max(last.get(i, 0), end) for i in block.nodes if i in home})
+        for i in block.nodes:
+            last[i] = max(last[i], end)
     return last, complete
 
 
-def _pieces(tape: Tape, length: int) -> Iterator[list[Group]]:
-    piece: list[Group] = []
-    weight = 0
-    for group in _independent_groups(tape):
-        piece.append(group)
-        weight += len(group) * (WEIGHT if tape.nodes[group[0]].op in EXPENSIVE else 1)
+def _pieces(tape: Tape, groups: list[Group], length: int) -> list[list[Group]]:
+    """The groups in pieces of about this many operations."""
+    found: list[list[Group]] = []
+    weight = length
+    for group in groups:
         if weight >= length:
-            yield piece
-            piece, weight = [], 0
-    if piece:
-        yield piece
+            found.append([])
+            weight = 0
+        found[-1].append(group)
+        weight += len(group) * (WEIGHT if tape.nodes[group[0]].op in EXPENSIVE else 1)
+    return found
 
 
 def _independent_groups(tape: Tape) -> Iterator[Group]:

@@ -31,7 +31,7 @@ _FAR = 1024
 
 
 def staging(signature: Signature, width: int, attributes: str, triple: str) -> str:
-    """IR of the batch entry and of the functions that move rows.
+    """IR of the batch entry, which calls the functions of `movers`.
 
     Args:
         signature: ports of the kernel.
@@ -40,12 +40,17 @@ def staging(signature: Signature, width: int, attributes: str, triple: str) -> s
         triple: LLVM triple of the target, which decides whether there are stores past the caches.
     """
     streaming = streams(triple) and any(port.size for port in signature.outputs)
-    blocks = [size for size in (4, 2) if size <= width]
-    movers = [mover(width, block) for block in blocks]
-    parts = [*movers, _walker(width, inward=True), _walker(width, inward=False), _AHEAD, _shapes(signature)]
-    if streaming:
+    parts = [_shapes(signature), _Batch(signature, width, streaming).text()]
+    return "\n".join(parts).replace("#ATTRIBUTES", attributes)
+
+
+def movers(width: int, attributes: str, triple: str) -> str:
+    """IR of the functions that move rows, the same for all kernels of a processor; arguments as for `staging`."""
+    parts = [mover(width, block) for block in (4, 2) if block <= width]
+    parts += [_walker(width, inward=True), _walker(width, inward=False), _AHEAD]
+    if streams(triple):
         parts.append(functions())
-    return "\n".join([*parts, _Batch(signature, width, streaming).text()]).replace("#ATTRIBUTES", attributes)
+    return "\n".join(parts).replace("#ATTRIBUTES", attributes)
 
 
 def mover(width: int, block: int) -> str:

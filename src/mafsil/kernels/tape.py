@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from hashlib import blake2b
 from typing import NamedTuple
 
@@ -86,6 +87,11 @@ class Tape:
     input_sizes: tuple[int, ...]
     outputs: tuple[tuple[int, ...], ...]
 
+    @cached_property
+    def operands(self) -> tuple[tuple[int, ...], ...]:
+        """For every node, the nodes that it needs: its arguments, but for the place of an input."""
+        return tuple([() if op == "input" else args for op, args, _ in self.nodes])
+
     @property
     def output_sizes(self) -> tuple[int, ...]:
         """Number of elements of every output port."""
@@ -99,21 +105,23 @@ class Tape:
     @cached_property
     def hash(self) -> str:
         """Identity of the program: 32 hexadecimal digits, equal for equal text in every process."""
-        return blake2b(self.text().encode(), digest_size=16).hexdigest()
+        return blake2b(self.text.encode(), digest_size=16).hexdigest()
 
     def counts(self) -> dict[str, int]:
         """How often every operation occurs, most frequent first."""
-        names = [node.op for node in self.nodes if node.op not in ("input", "const")]
-        return dict(sorted(((name, names.count(name)) for name in set(names)), key=lambda pair: (-pair[1], pair[0])))
+        found = Counter(node.op for node in self.nodes if node.op not in ("input", "const"))
+        return dict(sorted(found.items(), key=lambda pair: (-pair[1], pair[0])))
 
+    @cached_property
     def text(self) -> str:
         """The program as one line of JSON; `from_text` reads it back, every bit kept."""
         rows = [[n.op, *n.args] if n.op != "const" else [n.op, n.value] for n in self.nodes]
         return json.dumps([rows, self.input_sizes, self.outputs], separators=(",", ":"))
 
 
+@lru_cache(maxsize=1)
 def from_text(text: str) -> Tape:
-    """The program that `Tape.text` wrote."""
+    """The program that `Tape.text` wrote; the last one is kept, since a kernel is compiled part by part."""
     rows, sizes, outputs = json.loads(text)
     nodes = tuple(Node("const", (), float(r[1])) if r[0] == "const" else Node(r[0], tuple(r[1:])) for r in rows)
     return Tape(nodes, tuple(sizes), tuple(tuple(port) for port in outputs))
@@ -124,27 +132,19 @@ def arguments(node: Node) -> tuple[int, ...]:
     return () if node.op in ("input", "const") else node.args
 
 
-def alive(tape: Tape) -> Tape:
-    """Only the nodes that outputs depend on."""
-    needed = bytearray(len(tape.nodes))
-    for port in tape.outputs:
-        for i in port:
-            needed[i] = 1
-    for i in range(len(needed) - 1, -1, -1):
-        if needed[i]:
-            for a in arguments(tape.nodes[i]):
-                needed[a] = 1
-    return reorder_nodes(tape, [i for i, is_needed in enumerate(needed) if is_needed])
+def places(args: tuple[int, ...], place: list[int]) -> tuple[int, ...]:
+    """Where the arguments are now; nearly all operations have two, which need no loop."""
+    return (place[args[0]], place[args[1]]) if len(args) == 2 else tuple([place[a] for a in args])
 
 
 def reorder_nodes(tape: Tape, order: list[int]) -> Tape:
-    """The tape with the nodes of `order`, in that order."""
+    """The tape with the nodes of `order`, in that order; what they need is among them."""
     place = [0] * len(tape.nodes)
     nodes: list[Node] = []
     for new, old in enumerate(order):
         place[old] = new
-        node = tape.nodes[old]
-        nodes.append(Node(node.op, tuple([place[a] for a in node.args])) if arguments(node) else node)
+        node, args = tape.nodes[old], tape.operands[old]
+        nodes.append(Node(node.op, places(args, place)) if args else node)
     return Tape(tuple(nodes), tape.input_sizes, tuple(tuple(place[i] for i in port) for port in tape.outputs))
 
 
