@@ -99,6 +99,10 @@ def _check_options(move: Statement, action: str, path: Keys, data: dict[str, Any
     """Options that need others, or a value of their own."""
     if "process_known" in data and move.process_wrench is None:
         raise error("job.no_effect", (*path, "process_known"), action=action, known="process_wrench")
+    jerk = next((name for name in ("joint_jerk", "tip_jerk") if getattr(move, name) is not None), None)
+    curved = move.tip_jerk is not None and (move.path != "line" or move.blend > 0.0)
+    if jerk is not None and (curved or move.profile not in (None, *QUICKEST)):
+        raise error("job.jerk_where", (*path, jerk))
     if move.until_force is not None and (move.until or move.blend > 0.0):
         raise error("job.search_alone", (*path, "until_force"))
     for k, output in enumerate(move.outputs):
@@ -261,6 +265,8 @@ def _check_blend(moves: tuple[Move, ...], k: int, error: Complaint) -> None:
             raise error("job.blend_profile", ("move", index, "profile"))
         if one.duration is not None:
             raise error("job.blend_duration", ("move", index, "duration"))
+        if one.tip_jerk is not None:
+            raise error("job.jerk_where", ("move", index, "tip_jerk"))
     assert move.pose is not None
     if move.pose.task != then.pose.task:
         raise error("job.blend_task", ("move", k + 1, "pose", "task"), task=move.pose.task)

@@ -190,7 +190,9 @@ class _Planner:
         if move.pick is not None:
             self.require_part(index, move.pick, tip)
             self.on_frames.take(move.pick, tip)
-        thing = -1 if move.pick is None else walk.parts.take(move.pick, tip, len(walk.legs), begun + hold)
+        thing, rides = -1, self.on_frames.frame is not None
+        if move.pick is not None:
+            thing = walk.parts.take(move.pick, tip, len(walk.legs), begun + hold, brought=rides)
         self.signals.rest(index, name, kind, hold, thing=thing)
         if move.place and carried is not None and self.on_frames.frame is None:
             walk.parts.put(carried, tip, begun)

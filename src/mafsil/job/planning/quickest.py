@@ -133,12 +133,14 @@ def along_line(
         acceleration=np.append(
             own.acceleration[1], move.speed**2 * np.array([bounds.tip_acceleration, turn_acceleration])
         ),
-        jerk=np.append(own.jerk[1], [np.inf, np.inf]),
+        jerk=np.append(own.jerk[1], [move.speed**3 * (bounds.tip_jerk or np.inf), np.inf]),
     )
     return _time(JointPath(_with_tip(joints, tip)), limits_of_all, joints, where)
 
 
-def line_at_tip_bounds(joints: PiecewisePolynomial, rate: float, growth: float, limits: JointLimits) -> PathMotion:
+def line_at_tip_bounds(
+    joints: PiecewisePolynomial, rate: float, growth: float, limits: JointLimits, most: float = np.inf
+) -> PathMotion:
     """Along a straight line as fast as the tip may go, by formula; the joints may not follow where they are slow.
 
     The jerk along the line is half of what the joint that is nearest to its limit allows: the other half is left for
@@ -148,10 +150,11 @@ def line_at_tip_bounds(joints: PiecewisePolynomial, rate: float, growth: float, 
         joints: (n) coordinates over the share of the line, 0 .. 1.
         rate, growth: largest speed and acceleration of that share [1/s, 1/s^2].
         limits: of the joints, for this move.
+        most: jerk of that share [1/s^3].
     """
     ends = (np.zeros(1), np.ones(1))
     slopes = np.abs(joints.at(np.linspace(0.0, 1.0, 65)).v).max(axis=0)
-    jerk = 0.5 * float((limits.jerk / np.maximum(slopes, LEAST_SLOPE)).min())
+    jerk = min(most, 0.5 * float((limits.jerk / np.maximum(slopes, LEAST_SLOPE)).min()))
     if np.isinf(jerk):
         return PathMotion(joints, trapezoid(*ends, velocity=rate, acceleration=growth).value)
     found = jerk_limited(*ends, MotionLimits.of(1, velocity=rate, acceleration=growth, jerk=jerk))

@@ -205,7 +205,7 @@ class Walk:
             self.limits,
             velocity=np.minimum(velocity, np.where(turns, move.joint_speed or np.inf, np.inf)),
             acceleration=np.minimum(acceleration, np.where(turns, move.joint_acceleration or np.inf, np.inf)),
-            jerk=self._jerk(move) * move.speed**3,
+            jerk=np.minimum(self._jerk(move) * move.speed**3, np.where(turns, move.joint_jerk or np.inf, np.inf)),
         )
 
     def _jerk(self, move: Move) -> Floats:
@@ -219,6 +219,7 @@ class Walk:
     def with_profile(self, move: Move) -> Move:
         """A move whose controller lags behind accelerations as a quintic if it names no profile, else as it is."""
         lags = self.job.controller.kind in WITHOUT_INERTIA and self.job.simulation.plant != KINEMATIC
+        lags = lags and move.joint_jerk is None and self.bounds(move).tip_jerk is None
         return structs.replace(move, profile="quintic") if lags and move.profile is None else move
 
     def bounds(self, move: Move) -> Bounds:
