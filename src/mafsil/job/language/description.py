@@ -305,12 +305,14 @@ class MovingFrame(msgspec.Struct, frozen=True, kw_only=True):
         velocity: of its origin in {s} [m/s].
         angular_speed: about its z axis [rad/s].
         since: the input whose last change to true is its time zero; the beginning of the job if None.
+        robot: on whose TCP it is instead, its pose there; empty of none.
     """
 
     pose: Pose
     velocity: Three
     angular_speed: float
     since: str | None
+    robot: str = ""
 
 
 class Cell(msgspec.Struct, frozen=True, kw_only=True):

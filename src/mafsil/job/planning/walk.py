@@ -48,7 +48,7 @@ class Walk:
     ) -> None:
         self.job = job
         self.tools = {each.name: each for each in tools}
-        self.load = Load(tools[0])
+        self.load, self.neighbours = Load(tools[0]), neighbours
         robot = tools[0].robot
         self.places = places
         self.degrees = job.angles == "degrees"
