@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-
 from mafsil.collision import ArmMount, Checker, MultiArmCell
 from mafsil.errors import FileError, JobError
 from mafsil.geometry import pose

@@ -25,6 +25,7 @@ from mafsil.job.planning.moving_frames import FrameMoves
 from mafsil.job.planning.neighbours import Neighbour
 from mafsil.job.planning.plan import Plan
 from mafsil.job.planning.resting import starting_place
+from mafsil.job.planning.rounded_moves import RoundedMoves
 from mafsil.job.planning.searching import search_remarks, stop_by_force, stop_by_signal
 from mafsil.job.planning.tip_frames import TipFrames
 from mafsil.job.planning.tip_moves import TipMoves
@@ -77,6 +78,7 @@ class _Planner:
         self.closed = ClosedSteps(walk, self.joint_moves) if walk.robot.mechanism.loops else None
         self.tip_moves = TipMoves(walk, None if self.closed is None else self.closed.loops)
         self.configurations = Configurations(walk, self.tip_moves)
+        self.rounded = RoundedMoves(walk, self.tip_moves, self.configurations)
         self.on_frames, self.on_robots = self.signals.on_frames, TipFrames(walk)
 
     @property
@@ -175,6 +177,11 @@ class _Planner:
             if self.closed is not None:
                 raise Refused("job.frame_loops", move=walk.where(index))
             self.on_frames.go(index, name, move)
+        elif (last := self.rounded.last(index)) is not None:
+            if self.closed is not None:
+                raise Refused("job.blend_loops", move=walk.where(index))
+            self.rounded.along(index, last)
+            return last
         elif move.path in TIP_PATHS:
             return self.tip_moves.along(index)
         elif self.closed is not None:

@@ -125,17 +125,36 @@ def along_line(
     Raises:
         Refused: there is no motion within the limits; the reason names the place.
     """
-    own = _of_joints(limits)
+    return along_line_and_joints(with_tip(joints, tip), bounds, move, limits, where)
+
+
+def along_line_and_joints(
+    curve: PiecewisePolynomial, bounds: Bounds, move: Move, limits: JointLimits, where: object
+) -> Quickest:
+    """Along curves of the joints and, where the TCP is on lines, of its way and its turn.
+
+    Args:
+        curve: (n + 2) coordinates; the last ones stand still where no limit of the TCP counts.
+        bounds: of the tip.
+        move: whose share of the speed counts.
+        limits: of the joints, for this move.
+        where: how the move is called in a refusal.
+
+    Raises:
+        Refused: there is no motion within the limits; the reason names the place.
+    """
+    own, n = _of_joints(limits), curve.n - 2
     turn_acceleration = bounds.tip_acceleration * bounds.tip_angular_speed / bounds.tip_speed
     limits_of_all = MotionLimits.of(
-        joints.n + 2,
+        n + 2,
         velocity=np.append(own.velocity[1], [move.speed * bounds.tip_speed, move.speed * bounds.tip_angular_speed]),
         acceleration=np.append(
             own.acceleration[1], move.speed**2 * np.array([bounds.tip_acceleration, turn_acceleration])
         ),
         jerk=np.append(own.jerk[1], [move.speed**3 * (bounds.tip_jerk or np.inf), np.inf]),
     )
-    return _time(JointPath(_with_tip(joints, tip)), limits_of_all, joints, where)
+    joints = PiecewisePolynomial(curve.knots, curve.coefficients[..., :n])
+    return _time(JointPath(curve), limits_of_all, joints, where)
 
 
 def line_at_tip_bounds(
@@ -230,7 +249,7 @@ def _quickest(found: TimeOptimal, joints: PiecewisePolynomial, where: object) ->
     return Quickest(PathMotion(joints, motion.law, motion.places), Deciding(_shares(found)))
 
 
-def _with_tip(joints: PiecewisePolynomial, tip: CartesianPath) -> PiecewisePolynomial:
+def with_tip(joints: PiecewisePolynomial, tip: CartesianPath) -> PiecewisePolynomial:
     """The joints over the share s of the line, and the distance s length and the turn s angle."""
     both = np.array([tip.length, tip.angle])
     added = np.zeros((*joints.coefficients.shape[:-1], 2))

@@ -26,7 +26,6 @@ from mafsil.job.planning.walk import Walk
 from mafsil.job.remark import Refused
 from mafsil.job.tolerances import ARRIVED
 from mafsil.messages.quantities import quantity
-from mafsil.messages.visible import visible
 
 Placed = TypeVar("Placed", Goal, Pose)
 

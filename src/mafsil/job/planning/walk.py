@@ -16,7 +16,7 @@ from mafsil.job.language.units import goal_matrix, pose_matrix
 from mafsil.job.planning.beside import Beside
 from mafsil.job.planning.cell_signals import CellSignals, Decision
 from mafsil.job.planning.equipment import Equipment, Load
-from mafsil.job.planning.fitting import unit_remarks
+from mafsil.job.planning.fitting import coordinates, unit_remarks
 from mafsil.job.planning.goals import Goals
 from mafsil.job.planning.neighbours import Neighbour, NeighbourMotion
 from mafsil.job.planning.placed_parts import PlacedPart, PlacedParts
@@ -152,8 +152,10 @@ class Walk:
         here = np.asarray(self.robot.forward_kinematics(q))
         found: list[PoseMatrix] = []
         for move in self.job.move[first : last + 1]:
-            assert move.pose is not None
-            here = goal_matrix(move.pose, here, degrees=self.degrees)
+            if move.pose is None:
+                here = np.asarray(self.robot.forward_kinematics(coordinates(self.job, self.robot, move.joints or ())))
+            else:
+                here = goal_matrix(move.pose, here, degrees=self.degrees)
             found.append(here)
         return found
 
@@ -267,6 +269,7 @@ class Walk:
         thing: int = -1,
         frame: str = "",
         targets: Sequence[PoseMatrix] = (),
+        goals: Sequence[JointVector] = (),
     ) -> None:
         """One more leg: it is free, or refused; the robot is at its end then, that of move `index`."""
         moves, around = kind not in RESTS or frame != "", self.surroundings
@@ -277,7 +280,7 @@ class Walk:
         self.legs.append(
             Leg(
                 index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing,
-                targets=tuple(targets), frame=frame,
+                targets=tuple(targets), goals=tuple(goals), frame=frame,
             )
         )  # fmt: skip
         self.past += trajectory.duration
