@@ -12,6 +12,7 @@ import mafsil as mf
 from mafsil.errors import JobError
 from mafsil.geometry import rotation
 from mafsil.job import Refusal, Run, parse_job, solve
+from mafsil.job.judging.holding import planned_overloads
 from mafsil.job.solve import prepare
 
 BELT = """
@@ -122,7 +123,23 @@ def test_a_belt_is_followed_from_its_signal_on():
     assert np.abs(T[:, 2, 3] - 0.1).max() < 1e-6
 
 
-@pytest.mark.parametrize("text", [BELT, TABLE])
+FREE_SPIN = (
+    TABLE.partition("[[move]]")[0]
+    + """
+[[move]]
+pose = { frame = "table", position = [0.1, 0, 0.05], rpy = [180, 0, 0], task = "axis" }
+[[move]]
+path = "line"
+pose = { frame = "table", position = [0.1, 0, 0], rpy = [180, 0, 0] }
+[[move]]
+pause = 0.2
+[[move]]
+joints = [0, -90, 90, -90, -90, 0]
+"""
+)
+
+
+@pytest.mark.parametrize("text", [BELT, TABLE, FREE_SPIN])
 def test_positions_velocities_and_accelerations_are_continuous_from_move_to_move(text):
     for before, after in pairwise(leg.trajectory for leg in planned(text).legs):
         end, start = before.at(before.duration), after.at(0.0)
@@ -240,6 +257,19 @@ def test_the_force_of_a_process_pushes_during_its_move_alone():
     assert np.abs(still.recording.q - still.recording.q_ref).max() < 2e-4
 
 
+def test_a_force_beyond_the_motors_is_said_before_the_run():
+    text = GLUE.replace("blend = 10\n", "process_wrench = [0, 0, 0, 0, 0, -900]\n")
+    job = parse_job(text, "job.toml")
+    plan = planned(text)
+    (over,) = planned_overloads(job, plan)
+    robot, leg = plan.legs[0].load.robot, plan.legs[0]
+    q = leg.trajectory.at(np.linspace(0.0, leg.trajectory.duration, 40, endpoint=False)).u
+    held = robot.gravity_torque(q) - robot.jacobian_body(q).swapaxes(1, 2) @ [0.0, 0, 0, 0, 0, -900]
+    assert over.pressed
+    assert over.share == pytest.approx((np.abs(held) / robot.limits.effort).max(), rel=0.05)
+    assert not planned_overloads(parse_job(GLUE), planned(GLUE))
+
+
 def test_the_force_of_a_process_needs_forces():
     text = 'simulation = { plant = "kinematic" }\n' + GLUE.replace(
         "blend = 10\n", "process_wrench = [0, 0, 0, 0, 0, -40]\n"
@@ -286,9 +316,26 @@ def test_an_arm_on_two_linear_axes_reaches_along_them_within_their_limits():
         assert np.abs(leg.trajectory.at(t).a[:, 0]).max() <= 1.4 + 1e-6
 
 
+def test_a_turntable_under_an_arm_turns_it_about_its_axis():
+    axis = "axis = [0, 0, 1]\npoint = [500, 0, 0]\nrange = [-180, 180]\nspeed = 60\nacceleration = 90\n"
+    head, _, rest = TRACK.partition("direction")
+    moves = "[[track]]" + rest.partition("[[track]]")[2]
+    text = head + axis + moves.replace("[1500, 200,", "[90, 200,").replace("[-400, 2000, 500]", "[700, 500, 500]")
+    plan = planned(text.replace("[0, -600, 0]", "[0, -200, 0]"))
+    robot = plan.legs[0].load.robot
+    end = robot.forward_kinematics(plan.legs[-1].trajectory.at(99.0).u)
+    x, y, z = mf.load("ur5e").forward_kinematics(np.radians([0, -90, 90, -90, -90, 0]))[:3, 3]
+    np.testing.assert_allclose(end[:3, 3], [0.5 - y, x - 0.5, z + 0.2], atol=1e-9)
+    assert np.degrees(robot.limits.velocity[0]) == pytest.approx(60.0)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
-    [("[0, 3000]", "[3000, 0]", "the least one first"), ("[0, 2, 0]", "[0, 0, 0]", "direction")],
+    [
+        ("direction = [0, 2, 0]", "", "direction, axis"),
+        ("[0, 3000]", "[3000, 0]", "the least one first"),
+        ("[0, 2, 0]", "[0, 0, 0]", "direction"),
+    ],
 )
 def test_wrong_tracks_are_refused_with_their_line(old, new, said):
     with pytest.raises(JobError, match=r"job\.toml:") as caught:

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mafsil as mf
 from mafsil.collision import ArmMount, Checker, MultiArmCell
 from mafsil.errors import FileError, JobError
+from mafsil.geometry import pose
 from mafsil.job.judging.clearances import clearances
 from mafsil.job.judging.judgement import summary
 from mafsil.job.language.reading import parse_job, read_job
@@ -538,3 +540,85 @@ def test_wrong_programs_of_other_robots_are_named(change, words):
     with pytest.raises(JobError, match=words) as caught:
         planned(CHOICES.replace(*change))
     assert str(caught.value).startswith("<text>:")
+
+
+HANDOVER = """
+robot = "ur5"
+angles = "degrees"
+[output]
+holds = false
+taken = false
+[start]
+joints = [180, -75, 60, -75, -90, 0]
+[[other_robot]]
+name = "holder"
+robot = "ur5"
+position = [1.4, 0.0, 0.0]
+rpy = [0, 0, 180]
+joints = [150, -70, 70, -90, 90, 0]
+[[other_robot.move]]
+joints = [180, -70, 70, 0, 90, 0]
+[[other_robot.move]]
+set = { holds = true }
+[[other_robot.move]]
+wait = { taken = true }
+[[other_robot.move]]
+joints = [150, -70, 70, -90, 90, 0]
+[frame.held]
+robot = "holder"
+position = [0, 0, 0.1]
+[part.gear]
+mass = 0.3
+size = [0.04, 0.04, 0.04]
+at = { frame = "held" }
+[[move]]
+wait = { holds = true }
+[[move]]
+name = "before"
+pose = { frame = "held", position = [0, 0, 0.1], rpy = [180, 0, 0] }
+[[move]]
+path = "line"
+pose = { frame = "held", rpy = [180, 0, 0] }
+[[move]]
+pick = "gear"
+[[move]]
+path = "line"
+pose = { relative = "tool", position = [0, 0, -0.1] }
+[[move]]
+set = { taken = true }
+[[move]]
+joints = [180, -75, 60, -75, -90, 0]
+[[move]]
+place = true
+"""
+
+
+def test_a_part_is_taken_from_the_tip_of_another_robot():
+    plan = prepare(parse_job(HANDOVER), HANDOVER, Path())[1]
+    other = np.diag([-1.0, -1.0, 1.0, 1.0])
+    other[0, 3] = 1.4
+    held = other @ mf.load("ur5").fk([180, -70, 70, 0, 90, 0], degrees=True) @ pose.from_translation([0, 0, 0.1])
+    line = plan.legs[2]
+    end = line.load.robot.forward_kinematics(line.trajectory.at(line.trajectory.duration).u)
+    np.testing.assert_allclose(end, held @ np.diag([1.0, -1, -1, 1]), atol=1e-6)
+    assert plan.legs[-2].kind == "place"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("wait = { taken = true }", "pause = 0.2", "job.frame_robot_moves"),
+        ('frame = "held", rpy', 'frame = "held", position = [0.03, 0, 0], rpy', "job.none_here"),
+    ],
+)
+def test_a_pose_on_another_robot_holds_while_that_stands(old: str, new: str, key: str):
+    text = HANDOVER.replace(old, new)
+    found = prepare(parse_job(text), text, Path())
+    assert isinstance(found, Refusal)
+    assert found.key == key
+
+
+@pytest.mark.parametrize("new", ["robot = 'nobody'", "robot = 'holder'\nvelocity = [0.1, 0, 0]"])
+def test_wrong_frames_on_other_robots_are_refused_with_their_line(new: str):
+    with pytest.raises(JobError, match=r"job\.toml:\d+"):
+        parse_job(HANDOVER.replace('robot = "holder"', new), "job.toml")

@@ -53,6 +53,16 @@ def test_a_spline_passes_through_the_rows_of_a_file(top: str, unit: float, angle
     np.testing.assert_allclose(end[:3, :3], rotation.from_rpy(np.array(DOWN)), atol=1e-6)
 
 
+def test_a_spline_may_begin_where_a_line_to_its_first_row_has_ended(tmp_path: Path) -> None:
+    written(tmp_path / "seam.csv", POINTS)
+    text = HEAD.format(top="", start=START, pattern=f'file = "seam.csv"\nrpy = {DOWN}') + SPLINE % DOWN
+    to_it = f'[[move]]\npath = "line"\npose = {{ position = {POINTS[0].tolist()} }}\n'
+    first, second = text.rsplit("[[move]]", 1)
+    way = legs(first + to_it + "[[move]]" + second, tmp_path)[-2]
+    assert way.kind == "spline"
+    assert passes(way, POINTS) < 1e-4
+
+
 def test_rows_stand_in_the_frame_of_the_pattern_and_may_turn(tmp_path: Path) -> None:
     yaw = [0.0, 0.2, 0.4, 0.6]
     angles = np.column_stack([np.full(4, np.pi), np.zeros(4), yaw])

@@ -122,3 +122,27 @@ def test_what_has_no_effect_is_refused(moves: str, key: str) -> None:
     with pytest.raises(JobError) as caught:
         planned(moves)
     assert caught.value.key == key
+
+
+@pytest.mark.parametrize("own", ["joint_jerk = 2.0", "tip_jerk = 0.8"])
+def test_a_move_keeps_its_own_jerk(own: str) -> None:
+    plan = planned(LINE.replace('profile = "{profile}"\n', "").format(own=own))
+    part, robot = plan.legs[0].trajectory, plan.legs[0].load.robot
+    t = np.linspace(0.0, part.duration, 2001)
+    p = np.asarray(robot.forward_kinematics(part.at(t).u))[:, :3, 3] - robot.forward_kinematics(Q)[:3, 3]
+    along = np.linalg.norm(p, axis=1)
+    a = np.gradient(np.gradient(along, t), t) if own.startswith("tip") else part.at(t).a
+    steps = np.abs(np.diff(a[5:-5], axis=0)).max() / t[1]
+    least = 0.9 if own.startswith("tip") else 0.5
+    assert least * float(own.split()[-1]) < steps < 1.02 * float(own.split()[-1])
+
+
+@pytest.mark.parametrize(
+    ("own", "line"),
+    [("tip_jerk = 1\nblend = 0.01", 10), ("joint_jerk = 1", 10), ('tip_jerk = 1\npath = "screw"', 10)],
+)
+def test_a_jerk_that_would_not_be_kept_is_refused(own: str, line: int) -> None:
+    move = LINE.format(profile="quintic", own=own)
+    move = move.replace('path = "line"\n', "") if "screw" in own else move
+    with pytest.raises(JobError, match="the jerk is limited where"):
+        planned(move + LINE.format(profile="time_optimal", own=""))

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from mafsil.errors import JobError
 from mafsil.geometry import pose
+from mafsil.job.driving.arrival import arrivals
 from mafsil.job.language.reading import parse_job
 from mafsil.job.planning.planned_remarks import driving_limits
+from mafsil.job.solve import solve
 from mafsil.trajectory import check
 from tests.job.test_job_planning import PANDA, complaint, planned, refused
 
@@ -133,7 +138,7 @@ def test_a_move_that_goes_nowhere_has_no_corner():
         (corner(0.01) + "duration = 3\n", "job.blend_duration"),
         (corner(0.01).replace("0.4] }\npath = \"line\"\nblend", "0.4], task = \"axis\" }\npath = \"line\"\nblend"),
          "job.blend_task"),
-        ('[[move]]\njoints = [0, 0, 0, -1, 0, 1, 0]\nblend = 0.01\n', "job.no_effect"),
+        ('[[move]]\njoints = [0, 0, 0, -1, 0, 1, 0]\nblend = 0.01\n', "job.blend_next"),
         (ARC.replace("position = [0.55, 0.0, 0.4]", "position = [0.55, 0.0, 0.4], rpi = [0, 0, 0]"),
          "job.unknown_key_close"),
     ],
@@ -176,3 +181,71 @@ def test_many_short_lines_keep_to_the_drawing_at_full_speed():
     share = np.einsum("tkj,kj->tk", tip[:, None] - begin, along) / (along**2).sum(axis=1)
     off = tip[:, None] - begin - share.clip(0.0, 1.0)[..., None] * along
     assert np.linalg.norm(off, axis=2).min(axis=1).max() < 0.0005 + 1e-6
+
+
+ZONES = """
+robot = "%s"
+[start]
+joints = %s
+[[move]]
+joints = %s
+blend = 0.05
+[[move]]
+pose = { position = [0.45, 0.1, 0.3], rpy = [3.141592653589793, 0, 0] }
+blend = 0.02
+[[move]]
+path = "line"
+pose = { position = [0.45, 0.1, 0.15], rpy = [3.141592653589793, 0, 0] }
+tip_speed = 0.1
+"""
+STARTS = {
+    "ur5e": ([0.0, -1.5, 1.5, -1.5, -1.5, 0.0], [0.5, -1.4, 1.5, -1.7, -1.5, 0.0]),
+    "panda": ([0.0, -0.3, 0.0, -1.8, 0.0, 1.6, 0.7], [0.5, -0.2, 0.0, -1.8, 0.0, 1.6, 0.7]),
+}
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_zones_of_joint_moves_and_lines(name):
+    text = ZONES % (name, *STARTS[name])
+    robot, plan = planned(text)
+    leg = plan.legs[0]
+    assert (leg.kind, leg.index) == ("blended", 2)
+    limits, _ = driving_limits(parse_job(text), robot)
+    t = np.linspace(0.0, leg.trajectory.duration, 8001)
+    u, v, a = leg.trajectory.at(t)
+    for found, most in ((v, limits.velocity), (a, limits.acceleration)):
+        assert (np.abs(found) <= most * (1 + 1e-5)).all()
+    if name == "panda":
+        assert (np.abs(leg.trajectory.jerk(t)) <= robot.limits.jerk * (1 + 1e-4)).all()
+    p = robot.forward_kinematics(u)[:, :3, 3]
+    passed = [np.linalg.norm(p - robot.forward_kinematics(q)[:3, 3], axis=1).min() for q in leg.goals[:2]]
+    assert (0.0 < np.array(passed)).all()
+    assert (np.array(passed) < [0.05, 0.02]).all()
+    low = (p[:, 2] < 0.28) & (t > t[-1] / 2)
+    assert np.abs(p[low, :2] - [0.45, 0.1]).max() < 1e-6
+    assert np.linalg.norm(np.gradient(p, t, axis=0), axis=1)[low].max() < 0.1 * (1 + 1e-3)
+    _, stopping = planned(text.replace("blend = 0.05", "").replace("blend = 0.02", ""))
+    assert plan.cycle < stopping.cycle
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ('path = "line"', 'path = "screw"', "job.blend_mixed"),
+        ("blend = 0.05", "blend = 0.05\nduration = 3.0", "job.blend_duration"),
+        ("blend = 0.02", "blend = 0.02\n[[move]]\npause = 1", "job.blend_next"),
+    ],
+)
+def test_zones_that_cannot_be_are_refused(old, new, key):
+    with pytest.raises(JobError) as caught:
+        planned((ZONES % ("ur5e", *STARTS["ur5e"])).replace(old, new, 1))
+    assert caught.value.key == key
+
+
+def test_a_zone_before_a_goal_in_joints_is_judged_there():
+    text = (ZONES % ("ur5e", *STARTS["ur5e"])).replace(
+        "tip_speed = 0.1", "blend = 0.03\n[[move]]\njoints = [0.2, -1.4, 1.5, -1.7, -1.5, 0.0]"
+    )
+    run = solve(parse_job(text), text, Path())
+    assert run, run.explain("en")
+    assert [one.goal for one in arrivals(run.job, run.plan, run.recording)] == ["joints"]

@@ -10,6 +10,8 @@ NO_DIRECTION = 1e-6
 """Length of a typed quaternion below which it has no direction: six decimals that are all zero."""
 SAME_POINT = 1e-9
 """Distance [m] of two typed points that are one: nine decimals."""
+ARRIVED = 1e-6
+"""Distance of the TCP from where a path of it ended, in each entry of its pose: what following a path promises."""
 MOVED = 1e-12
 """Difference of joint coordinates [rad | m] that is rounding: a thousand operations on coordinates of order one."""
 LEAST_SLOPE = 1e-12

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, positive
 from mafsil.errors import InputError
+from mafsil.geometry.pose import from_translation
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import Limits
 from mafsil.model.link import Link, fixed_array
@@ -117,8 +118,38 @@ def on_track(robot: RobotLike, direction: ArrayLike, limits: Limits, name: str =
     length = positive("length of direction", float(np.linalg.norm(axis)))
     axis = mechanism.T_sb[:3, :3].T @ axis / length
     joint = Joint(name, JointKind.PRISMATIC, rail.name, mechanism.links[0].name, mechanism.T_sb, axis, limits=limits)
+    return _carried_by(mechanism, (rail,), (joint,))
+
+
+def on_turntable(
+    robot: RobotLike, axis: ArrayLike, point: ArrayLike, limits: Limits, name: str = "turntable"
+) -> Mechanism:
+    """The arm on a turntable, its first coordinate: the base turns about an axis, and stands as before at zero.
+
+    Args:
+        robot: the arm.
+        axis, point: (3,) of the turntable in {s}, and a point on it [m].
+        limits: of its coordinate.
+        name: of its joint.
+
+    Raises:
+        InputError: an axis of no length.
+        ModelError: a joint or link has that name already.
+    """
+    mechanism = as_mechanism(robot, keeps_loops=True)
+    direction, centre = fixed_array("axis", axis, (3,)), fixed_array("point", point, (3,))
+    direction = direction / positive("length of axis", float(np.linalg.norm(direction)))
+    base, disc, T = Link(f"{name}_base"), Link(f"{name}_disc"), np.array(mechanism.T_sb)
+    T[:3, 3] -= centre
+    turn = Joint(name, JointKind.REVOLUTE, base.name, disc.name, from_translation(centre), direction, limits=limits)
+    mount = Joint(f"{name}_mount", JointKind.FIXED, disc.name, mechanism.links[0].name, T)
+    return _carried_by(mechanism, (base, disc), (turn, mount))
+
+
+def _carried_by(mechanism: Mechanism, links: tuple[Link, ...], joints: tuple[Joint, ...]) -> Mechanism:
+    """The mechanism on links and joints before its own."""
     return Mechanism.assemble(
-        mechanism.name, (rail, *mechanism.links), (joint, *mechanism.joints), loops=mechanism.loops,
+        mechanism.name, (*links, *mechanism.links), (*joints, *mechanism.joints), loops=mechanism.loops,
         tip=mechanism.tip, T_lt=mechanism.T_lt, gravity=mechanism.gravity,
         provenance=mechanism.provenance,
     )  # fmt: skip

@@ -97,7 +97,7 @@ def verdict(run: Run, language: str | None = None) -> Finding:
         return failure("gives_way")
     if not_reached := judgement.not_reached(run.remarks):
         return failure("not_reached", count=not_reached, total=judgement.targets(run.plan))
-    if grave & {"job.cannot_hold", "job.cannot_hold_part"}:
+    if grave & {"job.cannot_hold", "job.cannot_hold_part", "job.cannot_press"}:
         return failure("cannot_hold")
     if grave:
         return failure("failures", count=sum(remark.level == "failure" for remark in run.remarks))

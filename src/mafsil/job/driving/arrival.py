@@ -63,7 +63,7 @@ def goal_of(leg: Leg) -> Goal | None:
     """What is judged at the end of a leg; None where it goes nowhere."""
     if leg.target is not None:
         return "pose"
-    kinds: dict[str, Goal] = {"joint": "joints", "line": "pose", "pick": "pick", "place": "place"}
+    kinds: dict[str, Goal] = {"joint": "joints", "blended": "joints", "line": "pose", "pick": "pick", "place": "place"}
     return kinds.get(leg.kind)
 
 

@@ -265,7 +265,7 @@ def _scenario(
     settings, noise = job.simulation, job.simulation.noise
     model = _without_effort_limits(model) if difference.unlimited else model
     law = law_of(job, model, stretch.trajectory, plant)
-    known = _acting(_processes(job, plan, known=True), stretch)
+    known = process_pulses(job, plan, stretch, known=True)
     if known and job.controller.kind not in TIP_LAWS:
         law = combine(law, _compensation(model, known))
     noisy = noise.position > 0.0 or noise.velocity > 0.0
@@ -297,6 +297,17 @@ def _acting(pushes: Iterable[Disturbance], stretch: Stretch) -> tuple[WrenchPuls
         if end > 0.0 and begin < stretch.trajectory.duration:
             found.append(WrenchPulse(max(begin, 0.0), end - max(begin, 0.0), np.array(push.wrench)))
     return tuple(found)
+
+
+def process_pulses(job: Job, plan: Plan, stretch: Stretch, *, known: bool = False) -> tuple[WrenchPulse, ...]:
+    """The forces of processes that act during a stretch, in its own time.
+
+    Args:
+        job, plan: with the moves.
+        stretch: of the plan.
+        known: only those that the controller knows.
+    """
+    return _acting(_processes(job, plan, known=known), stretch)
 
 
 def _processes(job: Job, plan: Plan, *, known: bool = False) -> Iterator[Disturbance]:

@@ -19,6 +19,7 @@ from mafsil.errors import MafsilError
 from mafsil.job.driving.laws import compensates_friction
 from mafsil.job.driving.plan_simulation import Difference, simulate_plan
 from mafsil.job.driving.run import Run
+from mafsil.job.judging.holding import overloads
 from mafsil.job.judging.removals import STIFFER, Removal, given_gains, removals, up_to, with_controller
 from mafsil.job.judging.symptoms import Symptom, symptoms
 from mafsil.job.planning.plan import Leg, Plan
@@ -286,6 +287,13 @@ def _against_model(removal: Removal, run: Run, plan: Plan) -> Iterator[Option]:
     yield Option("job.remedy_integral")
 
 
+def _against_push(removal: Removal, run: Run, plan: Plan) -> Iterator[Option]:
+    """Gains help against a force that the motors can hold."""
+    if not any(overload.pressed for overload in overloads(run)):
+        yield _stiffer(run)
+    yield Option("job.remedy_less_push")
+
+
 def _against_force(removal: Removal, run: Run, plan: Plan) -> Iterator[Option]:
     yield _stiffer(run)
     yield Option("job.remedy_force")
@@ -295,7 +303,7 @@ _REMEDIES: dict[str, Callable[[Removal, Run, Plan], Iterator[Option]]] = {
     "limit": _against_limit,
     "surface_friction": _against_force,
     "friction": _against_friction,
-    "push": _against_force,
+    "push": _against_push,
     "model": _against_model,
     "contact": _against_force,
     "noise": _against_noise,

@@ -133,7 +133,9 @@ class Step(Part, frozen=True, kw_only=True):
         duration: [s]; the shortest within the limits if left out.
         speed: share of the limits for this move.
         tip_speed, tip_acceleration, tip_angular_speed: of a path of the tip, instead of the job's [m/s, m/s^2, rad/s].
-        joint_speed, joint_acceleration: that no revolute joint exceeds on this move [rad/s, rad/s^2].
+        tip_jerk: along a straight line, instead of the job's [m/s^3].
+        joint_speed, joint_acceleration, joint_jerk: that no revolute joint exceeds on this move [rad/s, rad/s^2,
+            rad/s^3].
         pick: take something: the tool closes, its mass hangs on the tip from then on.
         tool: change to a tool, by its name.
         place: let go of it.
@@ -164,7 +166,9 @@ class Step(Part, frozen=True, kw_only=True):
     tip_acceleration: Positive | None = None
     tip_angular_speed: Positive | None = None
     joint_speed: Positive | None = None
+    tip_jerk: Positive | None = None
     joint_acceleration: Positive | None = None
+    joint_jerk: Positive | None = None
     pick: Grasp | None = None
     place: bool = False
     tool: str | None = None
@@ -247,9 +251,9 @@ class Tool(Part, frozen=True, kw_only=True):
     centre: Three = (0.0, 0.0, 0.0)
 
 
-TIP_BOUNDS = ("tip_speed", "tip_acceleration", "tip_angular_speed")
+TIP_BOUNDS = ("tip_speed", "tip_acceleration", "tip_angular_speed", "tip_jerk")
 """Limits of paths of the tip, of the job and of each move."""
-JOINT_BOUNDS = ("joint_speed", "joint_acceleration")
+JOINT_BOUNDS = ("joint_speed", "joint_acceleration", "joint_jerk")
 """Limits of the revolute joints of each move."""
 
 
@@ -263,6 +267,7 @@ class Bounds(Part, frozen=True, kw_only=True):
         jerk: the same of moves with limited jerk; 50 [rad/s^3 | m/s^3] if None.
         tip_speed, tip_acceleration: of paths of the tip [m/s, m/s^2].
         tip_angular_speed: of paths of the tip [rad/s].
+        tip_jerk: along straight lines; not limited if None [m/s^3].
     """
 
     speed_scale: Share = 0.7
@@ -273,6 +278,7 @@ class Bounds(Part, frozen=True, kw_only=True):
     tip_speed: Positive = 0.25
     tip_acceleration: Positive = 1.0
     tip_angular_speed: Positive = 1.0
+    tip_jerk: Positive | None = None
 
 
 class Report(Part, frozen=True, kw_only=True):
@@ -299,12 +305,14 @@ class MovingFrame(msgspec.Struct, frozen=True, kw_only=True):
         velocity: of its origin in {s} [m/s].
         angular_speed: about its z axis [rad/s].
         since: the input whose last change to true is its time zero; the beginning of the job if None.
+        robot: on whose TCP it is instead, its pose there; empty of none.
     """
 
     pose: Pose
     velocity: Three
     angular_speed: float
     since: str | None
+    robot: str = ""
 
 
 class Cell(msgspec.Struct, frozen=True, kw_only=True):

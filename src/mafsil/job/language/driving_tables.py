@@ -158,15 +158,18 @@ class Disturbance(Part, frozen=True, kw_only=True):
 
 
 class Track(Part, frozen=True, kw_only=True):
-    """A linear axis on which the robot, or the next axis, stands. Its coordinate comes before those of the robot.
+    """An axis on which the robot, or the next axis, stands. Its coordinate comes before those of the robot.
 
     Attributes:
-        direction: in {s}.
-        range: least and largest coordinate; at 0 the robot stands at the origin of {s} [m].
-        speed, acceleration: largest [m/s, m/s^2]; as assumed for all joints if None.
+        direction: of a linear axis in {s}.
+        axis, point: of a turntable in {s}, upwards or as it is turned, and a point on it [m].
+        range: least and largest coordinate; at 0 the robot stands at the origin of {s} [m | rad, or degrees].
+        speed, acceleration: largest [m/s, m/s^2 | rad/s, rad/s^2, or degrees]; as assumed for all joints if None.
     """
 
-    direction: Three
+    direction: Three | None = None
+    axis: Three | None = None
+    point: Three = (0.0, 0.0, 0.0)
     range: tuple[float, float]
     speed: Positive | None = None
     acceleration: Positive | None = None

@@ -56,6 +56,12 @@ class Frames:
                 raise error("job.frame_name", place, frame=visible(name))
         for name, given in file.frame.items():
             frames._settle(name, file.frame, ())
+            if given.robot and (given.frame is not None or given.since is not None or given.travels):
+                raise error("job.frame_on_robot", ("frame", name, "robot"))
+            if given.robot and given.robot not in [each.name for each in file.other_robot]:
+                known = ", ".join(visible(each.name) for each in file.other_robot) or "-"
+                details = {"table": "other_robot", "given": visible(given.robot), "known": known}
+                raise error("job.unknown_name", ("frame", name, "robot"), **details)
             if given.since is not None and not given.moves:
                 raise error("job.frame_stands", ("frame", name, "since"))
             if given.moves and frames.carrier(given.frame) is not None:
@@ -84,7 +90,11 @@ class Frames:
                 velocity = _vector(around[:3, :3] @ given.velocity)
                 pose = pose_of(self._poses[name])
                 found[name] = MovingFrame(
-                    pose=pose, velocity=velocity, angular_speed=given.angular_speed, since=given.since
+                    pose=pose,
+                    velocity=velocity,
+                    angular_speed=given.angular_speed,
+                    since=given.since,
+                    robot=given.robot,
                 )
         return found
 

@@ -35,7 +35,7 @@ _ALL = ("name", "tolerance")
 _TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid", "planner", "clearance", "constraints")
 _TRAVEL += (*JOINT_BOUNDS, "outputs", "process_wrench", "process_known", "until", "until_force")
 EFFECTIVE = {
-    "joints": _TRAVEL,
+    "joints": (*_TRAVEL, "blend"),
     "pose": (*_TRAVEL, "blend", *TIP_BOUNDS),
     "through": (*_TRAVEL, "blend", *TIP_BOUNDS),
     "pick": (*_ALL, "hold"),
@@ -99,6 +99,10 @@ def _check_options(move: Statement, action: str, path: Keys, data: dict[str, Any
     """Options that need others, or a value of their own."""
     if "process_known" in data and move.process_wrench is None:
         raise error("job.no_effect", (*path, "process_known"), action=action, known="process_wrench")
+    jerk = next((name for name in ("joint_jerk", "tip_jerk") if getattr(move, name) is not None), None)
+    curved = move.tip_jerk is not None and (move.path != "line" or move.blend > 0.0)
+    if jerk is not None and (curved or move.profile not in (None, *QUICKEST)):
+        raise error("job.jerk_where", (*path, jerk))
     if move.until_force is not None and (move.until or move.blend > 0.0):
         raise error("job.search_alone", (*path, "until_force"))
     for k, output in enumerate(move.outputs):
@@ -254,15 +258,20 @@ def _check_blend(moves: tuple[Move, ...], k: int, error: Complaint) -> None:
     if not move.blend:
         return
     then = moves[k + 1] if k + 1 < len(moves) and not move.skip else None
-    if move.path not in TIP_PATHS or then is None or then.path not in TIP_PATHS or then.pose is None:
-        raise error("job.blend_next", ("move", k, "blend"), known=", ".join(TIP_PATHS))
+    both = [one for one in (move, then) if one is not None and (one.pose is not None or one.joints is not None)]
+    if len(both) < 2 or then is None:
+        raise error("job.blend_next", ("move", k, "blend"))
+    mixed = any(one.path not in TIP_PATHS for one in both)
+    if mixed and any(one.via or one.constraints or one.avoid or one.path not in ("joint", "line") for one in both):
+        raise error("job.blend_mixed", ("move", k, "blend"))
     for index, one in ((k, move), (k + 1, then)):
         if one.profile not in (None, *QUICKEST):
             raise error("job.blend_profile", ("move", index, "profile"))
         if one.duration is not None:
             raise error("job.blend_duration", ("move", index, "duration"))
-    assert move.pose is not None
-    if move.pose.task != then.pose.task:
+        if one.tip_jerk is not None:
+            raise error("job.jerk_where", ("move", index, "tip_jerk"))
+    if not mixed and move.pose is not None and then.pose is not None and move.pose.task != then.pose.task:
         raise error("job.blend_task", ("move", k + 1, "pose", "task"), task=move.pose.task)
 
 

@@ -37,15 +37,22 @@ class MovableFrame(Placed, frozen=True, kw_only=True):
         velocity: of its origin, along the axes of the frame in which it is given [m/s].
         angular_speed: about its z axis [rad/s].
         since: an input: the frame is at its pose when that last became true; at the beginning of the job if None.
+        robot: another robot, on whose TCP the frame is.
     """
 
     velocity: Three = (0.0, 0.0, 0.0)
     angular_speed: float = 0.0
     since: str | None = None
+    robot: str = ""
 
     @property
     def moves(self) -> bool:
         """Whether it moves."""
+        return self.travels or self.robot != ""
+
+    @property
+    def travels(self) -> bool:
+        """Whether it moves of itself."""
         return any(self.velocity) or self.angular_speed != 0.0
 
 

@@ -32,10 +32,10 @@ KEYS_OF_FILES: dict[str, tuple[str, ...]] = {
 """Keys that have an effect beside some kinds of files only."""
 NEEDED = {"cloud": "radius", "heights": "size"}
 """What has to be said beside a file."""
-FORMS = {"surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "normal")}
+FORMS = {"track": ("direction", "axis"), "surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "normal")}
 """Keys of what is touched of which exactly one is given."""
 DIRECTIONS = {
-    "track": ("direction",),
+    "track": ("direction", "axis"),
     "surface": ("normal", "axis"),
     "hole": ("axis",),
     "door": ("axis",),

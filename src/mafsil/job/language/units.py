@@ -53,22 +53,22 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Collision: ("clearance", "self_clearance"),
     Tolerance: ("position",),
     PathConstraints: ("tolerance",),
-    Step: ("blend", "clearance", "tip_speed", "tip_acceleration"),
+    Step: ("blend", "clearance", "tip_speed", "tip_acceleration", "tip_jerk"),
     PathOutput: ("distance",),
     Surface: ("point", "sphere", "cylinder"),
     Hole: ("mouth", "clearance", "depth", "chamfer", "peg"),
     Door: ("hinge",),
     Guide: ("point",),
     Tool: ("com", "size", "centre"),
-    Track: ("range", "speed", "acceleration"),
-    Bounds: ("tip_speed", "tip_acceleration"),
+    Bounds: ("tip_speed", "tip_acceleration", "tip_jerk"),
+    Track: ("point",),
     VariationTable: ("bound", "payload_offset"),
 }
 """Lengths, also per time, of each table and those derived from it; coordinates of joints are converted elsewhere."""
 ANGLES: dict[type[Part], tuple[str, ...]] = {
     Bounds: ("tip_angular_speed",),
     MovableFrame: ("angular_speed",),
-    Step: ("tip_angular_speed", "joint_speed", "joint_acceleration"),
+    Step: ("tip_angular_speed", "joint_speed", "joint_acceleration", "joint_jerk"),
 }
 """Angles per time; those of poses, joints and tolerances are converted where they are used."""
 

@@ -143,6 +143,20 @@ class Beside:
             pass
         self._take_back(moment)
 
+    def stand(self, name: str, main: TimedArm, moment: float) -> JointVector:
+        """(n,) where one of the robots stands at a moment [s], or begins the move that it is making then.
+
+        Args:
+            name: of the robot.
+            main: motion of the robot of the job up to that moment.
+            moment: up to which the others go on.
+        """
+        program = self.programs[name]
+        while program.next is not None and program.clock < moment - INSTANT and self._go_on(main, moment):
+            pass
+        self._take_back(moment)
+        return program.q
+
     def finish(self, main: TimedArm) -> dict[str, TimedArm]:
         """All that the others have to do past the whole motion of the robot of the job; the motions of all.
 

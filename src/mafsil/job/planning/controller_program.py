@@ -20,7 +20,7 @@ from mafsil.geometry import rotation
 from mafsil.geometry.euler import from_rpy, to_rpy
 from mafsil.geometry.quaternion import from_quaternion, to_quaternion
 from mafsil.job.language.description import Job
-from mafsil.job.planning.instructions import Instruction, instructions
+from mafsil.job.planning.instructions import CORNER, Instruction, instructions
 from mafsil.job.planning.plan import Plan
 from mafsil.job.remark import Remark
 from mafsil.messages.visible import visible
@@ -189,7 +189,7 @@ def write_program(job: Job, plan: Plan, language: Language) -> Program:
         lost.append(Remark("warning", "job.program_times", {}))
     elif "<t>" not in language.templates["arc"] and any(step.kind == "arc" for step in steps):
         lost.append(Remark("warning", "job.program_arcs", {}))
-    if any(step.zone > 0.0 and step.kind != "joints" for step in steps):
+    if any(step.zone > CORNER or (step.zone > 0.0 and step.kind != "joints") for step in steps):
         lost.append(Remark("warning", "job.program_corners", {}))
     lines = [line for step in steps for line in _written(step, language, angular).split("\n")]
     head, foot = language.around

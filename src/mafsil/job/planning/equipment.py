@@ -11,14 +11,14 @@ from mafsil.arrays import PoseMatrix
 from mafsil.errors import JobError, MafsilError
 from mafsil.geometry import pose
 from mafsil.ik.result import reach_bound
-from mafsil.job.language.description import Grasp, Job, Tool
+from mafsil.job.language.description import Grasp, Job, Tool, Track
 from mafsil.job.language.text import Places
 from mafsil.job.language.units import MILLIMETRE, angle_unit, length_unit, pose_matrix, with_tool
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.limits import Limits
 from mafsil.model.loading import load_mechanism
-from mafsil.model.mounting import on_track
+from mafsil.model.mounting import on_track, on_turntable
 from mafsil.robot import Robot, as_open_tree
 
 UNNAMED_TOOL = "tool"
@@ -116,16 +116,25 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
     try:
         mechanism = load_mechanism(source, tip=job.tool.link)
         for k, track in reversed(list(enumerate(job.track))):
-            bounds = {"velocity": track.speed, "acceleration": track.acceleration}
-            known = {name: value for name, value in bounds.items() if value is not None}
-            limits = Limits(lower=track.range[0], upper=track.range[1], **known)
-            mechanism = on_track(mechanism, track.direction, limits, f"track_{k + 1}" if k else "track")
+            mechanism = _on_axis(mechanism, job, track, f"track_{k + 1}" if k else "track")
         key = "lock"
         return mechanism.with_locked_joints(_lock(job, mechanism)) if job.lock else mechanism
     except MafsilError as fault:
         if places is None:
             raise
         raise places.of_file(fault, (key,)) from None
+
+
+def _on_axis(mechanism: Mechanism, job: Job, track: Track, name: str) -> Mechanism:
+    """A mechanism on a linear axis or a turntable."""
+    unit = length_unit(job) if track.axis is None else angle_unit(job)
+    bounds = {"velocity": track.speed, "acceleration": track.acceleration}
+    known = {key: unit * value for key, value in bounds.items() if value is not None}
+    limits = Limits(lower=unit * track.range[0], upper=unit * track.range[1], **known)
+    if track.axis is not None:
+        return on_turntable(mechanism, track.axis, track.point, limits, name)
+    assert track.direction is not None
+    return on_track(mechanism, track.direction, limits, name)
 
 
 def _tool(job: Job, name: str | None) -> Tool:

@@ -20,6 +20,8 @@ from mafsil.trajectory.paths import arc_path
 
 CHORD = 0.02
 """Of a path that languages do not have, points are so far apart at most [rad | m]."""
+PATHS = ("line", "arc", "joint")
+"""That all languages have."""
 CORNER = 1e-3
 """Zone of the points of a sampled path, at which the arm need not stop [m]."""
 NOT_CARRIED = ("outputs", "until", "until_force", "process_wrench")
@@ -86,7 +88,7 @@ def _steps(job: Job, leg: Leg, lost: list[Remark]) -> Iterator[Instruction]:
         lost.append(Remark("warning", "job.program_choice", {"move": name}))
     elif leg.kind == "joint" and leg.way is None and not move.via and not leg.frame:
         yield Instruction("joints", end, time=motion.duration)
-    elif leg.targets and all(one.path in ("line", "arc") for one in _moves_of(job, leg)) and not leg.frame:
+    elif leg.targets and all(one.path in PATHS for one in _moves_of(job, leg)) and not leg.frame:
         yield from _tip_paths(job, leg)
     elif leg.kind != "settle":
         sampled = _sample(motion)
@@ -128,9 +130,11 @@ def _tip_paths(job: Job, leg: Leg) -> Iterator[Instruction]:
     """The lines and arcs of a leg, their corners rounded within zones; its duration only where it is one of them."""
     motion, here = leg.trajectory, np.asarray(leg.load.robot.forward_kinematics(leg.trajectory.at(0.0).u))
     time = motion.duration if len(leg.targets) == 1 else 0.0
-    for move, goal in zip(_moves_of(job, leg), leg.targets, strict=True):
+    for k, (move, goal) in enumerate(zip(_moves_of(job, leg), leg.targets, strict=True)):
         speed = move.speed * (move.tip_speed or job.limits.tip_speed)
-        if move.path == "line":
+        if move.path == "joint":
+            yield Instruction("joints", leg.goals[k], zone=move.blend)
+        elif move.path == "line":
             yield Instruction("line", goal, time=time, speed=speed, zone=move.blend)
         else:
             point = move.via[0]

@@ -70,7 +70,7 @@ def joint_motion(
     way = different(points)
     if np.abs(way - way[0]).max(initial=0.0) < STILL:
         return JointMove(rest(way[-1], move.duration or SHORTEST))
-    return _within(robot, *_shortest(way, move, limits, where), move, limits, where, columns)
+    return require_within(robot, *_shortest(way, move, limits, where), move, limits, where, columns)
 
 
 def motion_on_path(
@@ -90,10 +90,10 @@ def motion_on_path(
         Refused: it is to be driven faster than the limits allow, or leaves the range of a joint.
     """
     found = along_path(path, limits, where)
-    return _within(robot, found.motion, found.binding, move, limits, where, columns)
+    return require_within(robot, found.motion, found.binding, move, limits, where, columns)
 
 
-def _within(
+def require_within(
     robot: Robot, shortest: Stretchable, binding: Deciding, move: Move, limits: JointLimits, where: object,
     columns: Integers | None = None,
 ) -> JointMove:  # fmt: skip

@@ -298,6 +298,8 @@ class Configurations:
                 break
             if not move.stays:
                 first, k = k, self.tip_moves.last(k)
+                if any(each.path not in TIP_PATHS for each in moves[first : k + 1]):
+                    break
                 move = moves[k]
                 planned = self.tip_moves.line(first, k, q)
                 if isinstance(planned, Refused) or self.walk.meets(first, k, planned.trajectory):

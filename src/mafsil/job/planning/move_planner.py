@@ -25,7 +25,9 @@ from mafsil.job.planning.moving_frames import FrameMoves
 from mafsil.job.planning.neighbours import Neighbour
 from mafsil.job.planning.plan import Plan
 from mafsil.job.planning.resting import starting_place
+from mafsil.job.planning.rounded_moves import RoundedMoves
 from mafsil.job.planning.searching import search_remarks, stop_by_force, stop_by_signal
+from mafsil.job.planning.tip_frames import TipFrames
 from mafsil.job.planning.tip_moves import TipMoves
 from mafsil.job.planning.walk import Walk
 from mafsil.job.remark import Refusal, Refused, Remark, said_of
@@ -71,24 +73,32 @@ class _Planner:
     """
 
     def __init__(self, walk: Walk) -> None:
-        self.walk, self.job = walk, walk.job
+        self.walk = walk
         self.joint_moves, self.signals = JointMoves(walk), SignalMoves(walk)
         self.closed = ClosedSteps(walk, self.joint_moves) if walk.robot.mechanism.loops else None
         self.tip_moves = TipMoves(walk, None if self.closed is None else self.closed.loops)
         self.configurations = Configurations(walk, self.tip_moves)
-        self.on_frames = self.signals.on_frames
+        self.rounded = RoundedMoves(walk, self.tip_moves, self.configurations)
+        self.on_frames, self.on_robots = self.signals.on_frames, TipFrames(walk)
+
+    @property
+    def job(self) -> Job:
+        """With the poses that are known by now."""
+        return self.walk.job
 
     def go(self, progress: Callable[[float], None]) -> None:
         """The start, all moves that the signals let it make, the rest at the end."""
-        walk, moves = self.walk, self.job.move
+        walk, count = self.walk, len(self.job.move)
         self.start()
         k = 0
-        while k < len(moves):
-            progress(k / len(moves))
-            k = self.add(k, moves[k])
+        while k < count:
+            progress(k / count)
+            self.on_robots.settle(k)
+            k = self.add(k, self.job.move[k])
         if self.on_frames.frame is not None:
-            raise Refused("job.frame_end", move=walk.where(len(moves) - 1), frame=visible(self.on_frames.name))
+            raise Refused("job.frame_end", move=walk.where(count - 1), frame=visible(self.on_frames.name))
         self.past_neighbours()
+        self.on_robots.require_still()
         walk.remarks += self.signals.remarks()
         walk.remarks += [
             Remark("good", "job.new_parts", {"part": visible(name), "count": count})
@@ -139,6 +149,7 @@ class _Planner:
         if move.fork is not None:
             return self.signals.decide(index, name, move.fork)
         last = self._plan(index, name, move)
+        self.on_robots.note(index, last)
         searches = [one for one in self.job.move[index : last + 1] if one.until or one.until_force]
         if searches and (last > index or walk.legs[-1].frame):
             raise Refused("job.search_where", move=walk.where(index))
@@ -166,6 +177,11 @@ class _Planner:
             if self.closed is not None:
                 raise Refused("job.frame_loops", move=walk.where(index))
             self.on_frames.go(index, name, move)
+        elif (last := self.rounded.last(index)) is not None:
+            if self.closed is not None:
+                raise Refused("job.blend_loops", move=walk.where(index))
+            self.rounded.along(index, last)
+            return last
         elif move.path in TIP_PATHS:
             return self.tip_moves.along(index)
         elif self.closed is not None:
@@ -190,7 +206,10 @@ class _Planner:
         if move.pick is not None:
             self.require_part(index, move.pick, tip)
             self.on_frames.take(move.pick, tip)
-        thing = -1 if move.pick is None else walk.parts.take(move.pick, tip, len(walk.legs), begun + hold)
+            self.on_robots.take(move.pick, tip)
+        thing, rides = -1, self.on_frames.frame is not None
+        if move.pick is not None:
+            thing = walk.parts.take(move.pick, tip, len(walk.legs), begun + hold, brought=rides)
         self.signals.rest(index, name, kind, hold, thing=thing)
         if move.place and carried is not None and self.on_frames.frame is None:
             walk.parts.put(carried, tip, begun)
@@ -203,7 +222,8 @@ class _Planner:
     def require_part(self, index: int, part: Grasp, tip: PoseMatrix) -> None:
         """A pick at a place where no such part lies is refused, as far as the job says where its parts lie."""
         walk = self.walk
-        riding, allowed = self.on_frames.miss(part, tip), tolerances(self.job, walk.robot, index).position
+        riding, allowed = self.on_robots.miss(part, tip), tolerances(self.job, walk.robot, index).position
+        riding = self.on_frames.miss(part, tip) if riding is None else riding
         miss = walk.parts.miss(part, tip) if riding is None else riding
         if miss is None or miss <= allowed:
             return

@@ -16,6 +16,7 @@ from mafsil.geometry import pose, rotation, twist
 from mafsil.job.language.description import TIP_PATHS, Goal, Grasp, Move, Task
 from mafsil.job.language.units import goal_matrix, pose_matrix, tolerances
 from mafsil.job.planning.fitting import coordinates
+from mafsil.job.planning.goals import FIXES
 from mafsil.job.planning.tip_motion import SHORTEST, time_law, tip_rates, too_fast
 from mafsil.job.planning.tip_moves import path_or_refusal
 from mafsil.job.planning.walk import Walk
@@ -146,6 +147,7 @@ class FrameMoves:
         self.walk = walk
         self.frame: FrameMotion | None = None
         self.name = ""
+        self.task: Task = "pose"
 
     def concerns(self, move: Move) -> bool:
         """Whether a move is one of these: it is to a moving frame, or leaves one."""
@@ -155,7 +157,7 @@ class FrameMoves:
         """A rest on the frame that the arm is on, or where it is, for a time [s]."""
         if self.frame is None:
             return rest(self.walk.q, duration)
-        motion = self._move_with_frame(self._from_frame(self.frame), None, duration, "pose", index)
+        motion = self._move_with_frame(self._from_frame(self.frame), None, duration, index)
         if not check(motion, self.walk.limits, tolerance=WITHIN_LIMITS, ends=False):
             raise Refused("job.frame_too_fast", move=self.walk.where(index), frame=visible(self.name))
         return motion
@@ -210,11 +212,14 @@ class FrameMoves:
         relative = goal_matrix(goal, self._from_frame(frame), degrees=walk.degrees)
         allowed, q, start = tolerances(walk.job, walk.robot, index), walk.q, walk.past
         self.frame, self.name = frame, name
+        # What an arm may leave aside where it arrives, it keeps from there on: its rates would jump where tasks change.
+        self.task = "pose" if walk.robot.n >= FIXES["pose"] else goal.task
 
         def motion(duration: float) -> Trajectory:
             target = frame.pose(start + duration) @ relative
             end = walk.goals.configuration(target, goal.task, q, allowed, where)
-            beyond = self._move_with_frame(relative, None, GLANCE, goal.task, index, end, start + duration).at(0.0)
+            at = pose.inverse(frame.pose(start + duration)) @ np.asarray(walk.robot.forward_kinematics(end))
+            beyond = self._move_with_frame(at, None, GLANCE, index, end, start + duration).at(0.0)
             return _between(q, np.zeros_like(q), np.zeros_like(q), end, beyond.v, beyond.a, duration)
 
         trajectory = self._shortest(move, index, motion)
@@ -235,7 +240,7 @@ class FrameMoves:
             law = time_law(*tip_rates(path, walk.bounds(move), move), move)
 
             def motion(duration: float) -> Trajectory:
-                return self._move_with_frame(path, law, duration, goal.task, index)
+                return self._move_with_frame(path, law, duration, index)
 
             trajectory = self._shortest(move, index, motion, law.duration)
         return trajectory, frame.pose(walk.past + trajectory.duration) @ after
@@ -276,14 +281,14 @@ class FrameMoves:
         return pose.inverse(frame.pose(self.walk.past)) @ np.asarray(self.walk.robot.forward_kinematics(self.walk.q))
 
     def _move_with_frame(
-        self, path: TipPath | PoseMatrix, law: Stretchable | None, duration: float, task: Task, index: int,
+        self, path: TipPath | PoseMatrix, law: Stretchable | None, duration: float, index: int,
         q: JointVector | None = None, start: float | None = None,
     ) -> Trajectory:  # fmt: skip
         """The joints that bring the tip along a path in the frame, or keep it at a pose there."""
         walk, frame = self.walk, self.frame
         assert frame is not None
         carried = CarriedPath(frame, path, law, walk.past if start is None else start, duration)
-        found = follow(walk.robot, carried, walk.q if q is None else q, task=task)
+        found = follow(walk.robot, carried, walk.q if q is None else q, task=self.task)
         if found.value is None or not found.succeeded:
             raise Refused("job.no_path", move=walk.where(index), reason=found)
         return found.value.scale_time(duration)

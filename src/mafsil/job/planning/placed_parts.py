@@ -116,7 +116,7 @@ class PlacedParts:
         self.stays = (*self.stays, Stay(one.body, time))
         return one
 
-    def take(self, part: Grasp, T_tip: PoseMatrix, leg: int, time: float) -> int:
+    def take(self, part: Grasp, T_tip: PoseMatrix, leg: int, time: float, *, brought: bool = False) -> int:
         """Something is taken: a part that stands there, or a new one; the leg at which it was taken first.
 
         Args:
@@ -124,9 +124,15 @@ class PlacedParts:
             T_tip: (4, 4) pose of the tip.
             leg: index of the leg.
             time: when it has been taken [s].
+            brought: a moving frame brought it here.
         """
         here = self._there(part, T_tip)
-        if here is None and part.name != UNNAMED and any(each.kind == part.name for each in self.standing):
+        if (
+            here is None
+            and not brought
+            and part.name != UNNAMED
+            and any(each.kind == part.name for each in self.standing)
+        ):
             self.new[part.name] += 1
         self._held = leg if here is None or here.pick < 0 else here.pick
         self.standing = tuple(each for each in self.standing if each is not here)

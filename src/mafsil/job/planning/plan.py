@@ -50,6 +50,7 @@ class Leg:
         ends: of each move in it, the last one is `index`; times from its beginning [s].
         outputs: times from its beginning at which outputs take values while it is under way, and the values.
         targets: (4, 4) poses at which its moves along paths of the tip end, one after the other.
+        goals: (n,) configurations at those ends, where moves of the joints are among them.
         stopped: when contact ended it early; None of what is no search, or found nothing yet [s].
         frame: name of the moving frame on which the arm is at its end.
     """
@@ -70,6 +71,7 @@ class Leg:
     ends: tuple[float, ...] = ()
     outputs: tuple[tuple[float, dict[str, SignalValue]], ...] = ()
     targets: tuple[PoseMatrix, ...] = ()
+    goals: tuple[JointVector, ...] = ()
     stopped: float | None = None
     frame: str = ""
 

@@ -125,20 +125,41 @@ def along_line(
     Raises:
         Refused: there is no motion within the limits; the reason names the place.
     """
-    own = _of_joints(limits)
+    return along_line_and_joints(with_tip(joints, tip), bounds, move, limits, where)
+
+
+def along_line_and_joints(
+    curve: PiecewisePolynomial, bounds: Bounds, move: Move, limits: JointLimits, where: object
+) -> Quickest:
+    """Along curves of the joints and, where the TCP is on lines, of its way and its turn.
+
+    Args:
+        curve: (n + 2) coordinates; the last ones stand still where no limit of the TCP counts.
+        bounds: of the tip.
+        move: whose share of the speed counts.
+        limits: of the joints, for this move.
+        where: how the move is called in a refusal.
+
+    Raises:
+        Refused: there is no motion within the limits; the reason names the place.
+    """
+    own, n = _of_joints(limits), curve.n - 2
     turn_acceleration = bounds.tip_acceleration * bounds.tip_angular_speed / bounds.tip_speed
     limits_of_all = MotionLimits.of(
-        joints.n + 2,
+        n + 2,
         velocity=np.append(own.velocity[1], [move.speed * bounds.tip_speed, move.speed * bounds.tip_angular_speed]),
         acceleration=np.append(
             own.acceleration[1], move.speed**2 * np.array([bounds.tip_acceleration, turn_acceleration])
         ),
-        jerk=np.append(own.jerk[1], [np.inf, np.inf]),
+        jerk=np.append(own.jerk[1], [move.speed**3 * (bounds.tip_jerk or np.inf), np.inf]),
     )
-    return _time(JointPath(_with_tip(joints, tip)), limits_of_all, joints, where)
+    joints = PiecewisePolynomial(curve.knots, curve.coefficients[..., :n])
+    return _time(JointPath(curve), limits_of_all, joints, where)
 
 
-def line_at_tip_bounds(joints: PiecewisePolynomial, rate: float, growth: float, limits: JointLimits) -> PathMotion:
+def line_at_tip_bounds(
+    joints: PiecewisePolynomial, rate: float, growth: float, limits: JointLimits, most: float = np.inf
+) -> PathMotion:
     """Along a straight line as fast as the tip may go, by formula; the joints may not follow where they are slow.
 
     The jerk along the line is half of what the joint that is nearest to its limit allows: the other half is left for
@@ -148,10 +169,11 @@ def line_at_tip_bounds(joints: PiecewisePolynomial, rate: float, growth: float, 
         joints: (n) coordinates over the share of the line, 0 .. 1.
         rate, growth: largest speed and acceleration of that share [1/s, 1/s^2].
         limits: of the joints, for this move.
+        most: jerk of that share [1/s^3].
     """
     ends = (np.zeros(1), np.ones(1))
     slopes = np.abs(joints.at(np.linspace(0.0, 1.0, 65)).v).max(axis=0)
-    jerk = 0.5 * float((limits.jerk / np.maximum(slopes, LEAST_SLOPE)).min())
+    jerk = min(most, 0.5 * float((limits.jerk / np.maximum(slopes, LEAST_SLOPE)).min()))
     if np.isinf(jerk):
         return PathMotion(joints, trapezoid(*ends, velocity=rate, acceleration=growth).value)
     found = jerk_limited(*ends, MotionLimits.of(1, velocity=rate, acceleration=growth, jerk=jerk))
@@ -227,7 +249,7 @@ def _quickest(found: TimeOptimal, joints: PiecewisePolynomial, where: object) ->
     return Quickest(PathMotion(joints, motion.law, motion.places), Deciding(_shares(found)))
 
 
-def _with_tip(joints: PiecewisePolynomial, tip: CartesianPath) -> PiecewisePolynomial:
+def with_tip(joints: PiecewisePolynomial, tip: CartesianPath) -> PiecewisePolynomial:
     """The joints over the share s of the line, and the distance s length and the turn s angle."""
     both = np.array([tip.length, tip.angle])
     added = np.zeros((*joints.coefficients.shape[:-1], 2))

@@ -127,7 +127,7 @@ def motion_along(
         return _quickest(robot, joints, path, bounds, move, limits, where)
     if move.profile is not None:
         return _by_law(robot, joints, path, bounds, move, limits, where)
-    if move.duration is not None:
+    if move.duration is not None and bounds.tip_jerk is None:
         with suppress(Refused):
             return _by_law(robot, joints, path, bounds, move, limits, where)
     return _quickest(robot, joints, path, bounds, move, limits, where)
@@ -168,7 +168,8 @@ def _quickest(
     """The path in the shortest time that joints and tip allow."""
     if isinstance(path, CartesianPath) and path.interpolation == "straight":
         if move.profile is None and move.duration is None:
-            ruled_by_tip = line_at_tip_bounds(joints, *tip_rates(path, bounds, move), limits)
+            most = move.speed**3 * (bounds.tip_jerk or np.inf) / max(path.length, ROUNDING)
+            ruled_by_tip = line_at_tip_bounds(joints, *tip_rates(path, bounds, move), limits, most)
             if ruled_by_tip.stretch_needed(limits) <= 1.0:
                 return TipMotion(ruled_by_tip, ruled_by_tip.duration)
         found = along_line(joints, path, bounds, move, limits, where)

@@ -22,6 +22,7 @@ from mafsil.job.planning.planned_remarks import decided_by, slowed_lines
 from mafsil.job.planning.tip_motion import TipMotion, motion_along, tip_motion
 from mafsil.job.planning.walk import Walk
 from mafsil.job.remark import Refused
+from mafsil.job.tolerances import ARRIVED
 from mafsil.messages.visible import visible
 from mafsil.model import JointLimits
 from mafsil.trajectory.paths import TipPath, arc_path, joined_path, spline_path
@@ -191,7 +192,10 @@ def _leg(start: PoseMatrix, move: Move, goal: PoseMatrix, degrees: bool) -> TipP
         case "arc":
             return arc_path(start, points[0].position, goal)
         case "spline":
-            return spline_path(_poses(start, points, goal, degrees))
+            T = _poses(start, points, goal, degrees)
+            # The first point may be where the line to it has ended.
+            stands = bool(np.abs(T[1] - start).max() <= ARRIVED) and len(T) > 2
+            return spline_path(np.delete(T, 1, axis=0) if stands else T)
         case _:
             return CartesianPath(start, goal, "screw" if move.path == "screw" else "straight")
 

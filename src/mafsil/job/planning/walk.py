@@ -16,7 +16,7 @@ from mafsil.job.language.units import goal_matrix, pose_matrix
 from mafsil.job.planning.beside import Beside
 from mafsil.job.planning.cell_signals import CellSignals, Decision
 from mafsil.job.planning.equipment import Equipment, Load
-from mafsil.job.planning.fitting import unit_remarks
+from mafsil.job.planning.fitting import coordinates, unit_remarks
 from mafsil.job.planning.goals import Goals
 from mafsil.job.planning.neighbours import Neighbour, NeighbourMotion
 from mafsil.job.planning.placed_parts import PlacedPart, PlacedParts
@@ -48,7 +48,7 @@ class Walk:
     ) -> None:
         self.job = job
         self.tools = {each.name: each for each in tools}
-        self.load = Load(tools[0])
+        self.load, self.neighbours = Load(tools[0]), neighbours
         robot = tools[0].robot
         self.places = places
         self.degrees = job.angles == "degrees"
@@ -152,8 +152,10 @@ class Walk:
         here = np.asarray(self.robot.forward_kinematics(q))
         found: list[PoseMatrix] = []
         for move in self.job.move[first : last + 1]:
-            assert move.pose is not None
-            here = goal_matrix(move.pose, here, degrees=self.degrees)
+            if move.pose is None:
+                here = np.asarray(self.robot.forward_kinematics(coordinates(self.job, self.robot, move.joints or ())))
+            else:
+                here = goal_matrix(move.pose, here, degrees=self.degrees)
             found.append(here)
         return found
 
@@ -205,7 +207,7 @@ class Walk:
             self.limits,
             velocity=np.minimum(velocity, np.where(turns, move.joint_speed or np.inf, np.inf)),
             acceleration=np.minimum(acceleration, np.where(turns, move.joint_acceleration or np.inf, np.inf)),
-            jerk=self._jerk(move) * move.speed**3,
+            jerk=np.minimum(self._jerk(move) * move.speed**3, np.where(turns, move.joint_jerk or np.inf, np.inf)),
         )
 
     def _jerk(self, move: Move) -> Floats:
@@ -219,6 +221,7 @@ class Walk:
     def with_profile(self, move: Move) -> Move:
         """A move whose controller lags behind accelerations as a quintic if it names no profile, else as it is."""
         lags = self.job.controller.kind in WITHOUT_INERTIA and self.job.simulation.plant != KINEMATIC
+        lags = lags and move.joint_jerk is None and self.bounds(move).tip_jerk is None
         return structs.replace(move, profile="quintic") if lags and move.profile is None else move
 
     def bounds(self, move: Move) -> Bounds:
@@ -266,6 +269,7 @@ class Walk:
         thing: int = -1,
         frame: str = "",
         targets: Sequence[PoseMatrix] = (),
+        goals: Sequence[JointVector] = (),
     ) -> None:
         """One more leg: it is free, or refused; the robot is at its end then, that of move `index`."""
         moves, around = kind not in RESTS or frame != "", self.surroundings
@@ -276,7 +280,7 @@ class Walk:
         self.legs.append(
             Leg(
                 index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing,
-                targets=tuple(targets), frame=frame,
+                targets=tuple(targets), goals=tuple(goals), frame=frame,
             )
         )  # fmt: skip
         self.past += trajectory.duration
