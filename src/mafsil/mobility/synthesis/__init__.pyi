@@ -1,6 +1,9 @@
 from mafsil.mobility.synthesis.answers import Ranking as Ranking
 from mafsil.mobility.synthesis.answers import Synthesis as Synthesis
+from mafsil.mobility.synthesis.assessment import LinkageLimits as LinkageLimits
 from mafsil.mobility.synthesis.candidate import Candidate as Candidate
+from mafsil.mobility.synthesis.cognates import Cognates as Cognates
+from mafsil.mobility.synthesis.cognates import cognates as cognates
 from mafsil.mobility.synthesis.dyads import Dyad as Dyad
 from mafsil.mobility.synthesis.dyads import DyadKind as DyadKind
 from mafsil.mobility.synthesis.five_poses import BurmesterCurves as BurmesterCurves

@@ -24,6 +24,7 @@ from mafsil.errors import InputError
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
+from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.candidate import Candidate
 from mafsil.mobility.synthesis.dyads import Dyad, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import Positions
@@ -128,16 +129,21 @@ class FunctionTask:
         start, end = self.outputs
         return start + (np.asarray(y, dtype=np.float64) - low) * ((end - start) / (high - low))
 
-    def synthesise(self, count: int = 3, *, x: ArrayLike | None = None, ground: float = 1.0) -> Synthesis:
+    def synthesise(
+        self, count: int = 3, *, x: ArrayLike | None = None, ground: float = 1.0, limits: LinkageLimits = NO_LIMITS
+    ) -> Synthesis:
         """Four-bars that are exact at precision points; see `synthesise_function` for which lines the dials leave free.
 
         Args:
             count: of the precision points, 3 to 5, spaced by Chebyshev.
             x: the precision points themselves, instead.
             ground: distance of the fixed pivots [m].
+            limits: least transmission angle, longest link, region of fixed pivots.
         """
         chosen = chebyshev_spacing(*self.interval, whole("count", count, 3, 5)) if x is None else np.asarray(x, float)
-        return synthesise_function(self.crank_angles(chosen), self.rocker_angles(self.values(chosen)), ground=ground)
+        return synthesise_function(
+            self.crank_angles(chosen), self.rocker_angles(self.values(chosen)), ground=ground, limits=limits
+        )
 
     def structural_error(self, found: Synthesis, index: int = 0, samples: int = 181) -> StructuralError:
         """The error of a candidate over the whole interval.
@@ -167,7 +173,9 @@ def _rocker_angle(one: Candidate, theta: Floats) -> Floats:
     return np.arctan2(arm[..., 1], arm[..., 0])
 
 
-def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float = 1.0) -> Synthesis:
+def synthesise_function(
+    inputs: ArrayLike, outputs: ArrayLike, *, ground: float = 1.0, limits: LinkageLimits = NO_LIMITS
+) -> Synthesis:
     """Four-bars that coordinate angles of crank and rocker, with A at the origin and D at (ground, 0).
 
     Of three pairs both angles count from the ground line; of four the rocker's count from any line; of five both do.
@@ -177,6 +185,7 @@ def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float 
         inputs: (N,) angles of the crank, N from 3 to 5 [rad].
         outputs: (N,) angles of the rocker, from D to C [rad].
         ground: distance of the fixed pivots, which sets the scale [m].
+        limits: least transmission angle, longest link, region of fixed pivots.
 
     Returns:
         All candidates, driven by the crank; good ones first.
@@ -194,13 +203,13 @@ def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float 
             raise InputError("synthesis.same_timing", first=int(same[0]) + 1, second=k + 1)
     g, task = positive("ground", ground), np.column_stack([theta, phi])
     if len(theta) == 5:
-        return _five(theta, phi, g)
+        return _five(theta, phi, g, limits)
     shifts = [0.0] if len(theta) == 3 else _rocker_lines(theta, phi)
     if any(_is_free(theta, phi + shift) for shift in shifts or [0.0]):
         return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", {"ground": g})
     solved = [(K, shift) for shift in shifts for K in _ratios(theta, phi + shift)]
     batches = [one for K, shift in solved if (one := _linkage(K, theta, phi + shift, g)) is not None]
-    ranking = rank_candidates(batches, g, either_side=False)
+    ranking = rank_candidates(batches, g, either_side=False, limits=limits)
     method = "function_by_three" if len(theta) == 3 else "function_by_four"
     return Synthesis(outcome(ranking), "function", ranking, task, (), None, method, {"real": len(solved), "ground": g})
 
@@ -263,7 +272,7 @@ def _between(B: Complexes, C: Complexes, ground: float) -> Positions:
     return Positions(A, B, C, D, np.zeros((count, 3)))
 
 
-def _five(theta: Floats, phi: Floats, ground: float) -> Synthesis:
+def _five(theta: Floats, phi: Floats, ground: float, limits: LinkageLimits) -> Synthesis:
     """Five pairs: dyads of the rocker's poses as seen from the crank, without the ground."""
     task = np.column_stack([theta, phi])
     D = ground * np.exp(-1j * theta)
@@ -280,7 +289,7 @@ def _five(theta: Floats, phi: Floats, ground: float) -> Synthesis:
     )
     B = on_crank[:, None] * np.exp(1j * theta)
     C = ground + on_rocker[:, None] * np.exp(1j * phi)
-    ranking = rank_candidates([_between(B, C, ground)], ground, either_side=False)
+    ranking = rank_candidates([_between(B, C, ground)], ground, either_side=False, limits=limits)
     details["real"] = len(pins)
     return Synthesis(outcome(ranking), "function", ranking, task, tuple(pins), None, "function_by_five", details)
 

@@ -20,12 +20,16 @@ from mafsil.arrays import Floats, as_batch, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
+from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
+from mafsil.mobility.synthesis.cognates import cognate_positions
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import Positions, fit_four_bars, four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.motion import count_dyads, dyads_through, pole_details
 from mafsil.mobility.synthesis.poses import PoseConditions, as_complex, common_pole, spread
-from mafsil.mobility.synthesis.tolerances import SAME_POSE
+from mafsil.mobility.synthesis.tolerances import EXACT, SAME_POSE
 
+NINE = 9
+"""Points that any angles of the crank leave finitely many four-bars for: at most 1,442 triples of cognates."""
 MOST_POINTS = 400
 """Points of a path: unknown angles of the crank make dense equations of so many columns."""
 SAME_DYAD = 1e-3
@@ -37,8 +41,9 @@ FEW_STARTS = 12
 
 
 def synthesise_path(
-    points: ArrayLike, timing: ArrayLike | None = None, *, samples: int = 24, tolerance: float | None = None
-) -> Synthesis:
+    points: ArrayLike, timing: ArrayLike | None = None, *, samples: int = 24, tolerance: float | None = None,
+    limits: LinkageLimits = NO_LIMITS,
+) -> Synthesis:  # fmt: skip
     """Linkages a coupler point of which passes points of the plane in their order.
 
     With timing three to five points are met exactly: of five all linkages are found, of fewer a sample of the
@@ -49,6 +54,7 @@ def synthesise_path(
         timing: (N,) angles of the crank at the points, from any line [rad]; free if None.
         samples: of a family: points of the grid for three points, lines across the curve for four.
         tolerance: greatest distance from a point at which a fit counts as one [m]; 2 % of the points' spread if None.
+        limits: region of fixed pivots, least transmission angle, longest link.
 
     Returns:
         All candidates, driven by the crank that keeps the timing; good ones first.
@@ -61,10 +67,10 @@ def synthesise_path(
     whole("samples", samples, 4, 400)
     near = FIT * float(spread(as_complex(z))) if tolerance is None else positive("tolerance", tolerance)
     if timing is None:
-        return _fit(z, None, samples, near)
+        return _fit(z, None, samples, near, limits)
     angles = single("timing", timing, (len(z),))
     _require_apart(angles)
-    return _fit(z, angles, samples, near) if len(z) > 5 else _exact(z, angles, samples)
+    return _fit(z, angles, samples, near, limits) if len(z) > 5 else _exact(z, angles, samples, limits)
 
 
 def _checked_points(points: ArrayLike, least: int) -> Floats:
@@ -88,7 +94,7 @@ def _require_apart(angles: Floats) -> None:
             raise InputError("synthesis.same_timing", first=int(same[0]) + 1, second=k + 1)
 
 
-def _exact(z: Floats, angles: Floats, samples: int) -> Synthesis:
+def _exact(z: Floats, angles: Floats, samples: int, limits: LinkageLimits) -> Synthesis:
     """Three to five points with timing."""
     conditions = PoseConditions.of(np.column_stack([z, angles]))
     task = np.column_stack([z, angles])
@@ -98,7 +104,7 @@ def _exact(z: Floats, angles: Floats, samples: int) -> Synthesis:
     first, batches, infinite = exact_linkages(conditions, samples)
     if infinite:
         return Synthesis(SynthesisStatus.INFINITE, "path", NOTHING, task, (), None, "", {})
-    ranking = rank_candidates(batches, float(conditions.size), either_side=False)
+    ranking = rank_candidates(batches, float(conditions.size), either_side=False, limits=limits)
     method = {3: "path_by_grid", 4: "path_by_curve", 5: "path_by_five"}[len(z)]
     return Synthesis(
         outcome(ranking, sampled=len(z) < 5), "path", ranking, task, tuple(first), None, method, count_dyads(first)
@@ -145,7 +151,7 @@ def _exchange(one: Dyad, z: Floats) -> Dyad:
     return Dyad(DyadKind.CRANK, one.pivot, np.array([-one.length, 0.0]), places, arm, one.residual)
 
 
-def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Synthesis:
+def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float, limits: LinkageLimits) -> Synthesis:
     """Least squares from linkages that meet some of the points: fits within the tolerance, or else the nearest few.
 
     Args:
@@ -153,6 +159,7 @@ def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Sy
         angles: (N,) of the crank, or None.
         samples: of the families from which fits start.
         tolerance: of a fit [m].
+        limits: what the linkages must keep to.
     """
     if angles is None:
         starts = [one for guess in _guesses(z) for one in _starts(z, guess, samples)]
@@ -162,11 +169,19 @@ def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Sy
     found = fit_four_bars(as_complex(z), angles, starts)
     misses = np.zeros(0) if found.misses is None else found.misses
     least = float(misses.min(initial=np.inf))
-    ranking = rank_candidates([found.chosen(misses <= max(tolerance, 2 * least))], size, either_side=False)
+    batches = [found.chosen(misses <= max(tolerance, 2 * least))]
+    method, triples = "by_fit", 0
+    if angles is None and len(z) == NINE:
+        # Nine points leave no freedom: each exact four-bar stands in a triple of cognates, all of which are answers.
+        exact = found.chosen(misses <= EXACT * size)
+        triples = exact.triples()
+        batches += cognate_positions(exact)[1:]
+        method = "by_nine"
+    ranking = rank_candidates(batches, size, either_side=False, limits=limits)
     task = z if angles is None else np.column_stack([z, angles])
-    details = {"starts": len(starts), "points": len(z), "miss": least, "tolerance": tolerance}
+    details = {"starts": len(starts), "points": len(z), "miss": least, "tolerance": tolerance, "triples": triples}
     status = SynthesisStatus.FAR if ranking.count and least > tolerance else outcome(ranking, sampled=True)
-    return Synthesis(status, "path", ranking, task, (), None, "by_fit" if ranking.count else "", details)
+    return Synthesis(status, "path", ranking, task, (), None, method if ranking.count else "", details)
 
 
 def _guesses(z: Floats) -> list[Floats]:

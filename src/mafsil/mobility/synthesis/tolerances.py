@@ -19,6 +19,8 @@ SINGULAR_PENCIL = 1e-12
 """Least singular value of a pencil at generic places, over its largest, below which it is singular everywhere."""
 DEAD = 1e-9
 """Sine of the transmission angle below which a position is a dead point itself."""
+ILL_CONDITIONED = 1e-4
+"""Sine of a transmission angle below which a pin closed by lengths loses more than four digits: it is not compared."""
 EXACT = 1e-9
 """Largest error, over the size of the linkage, up to which a position is met: a hundred times what Newton leaves."""
 BULKY = 30.0
