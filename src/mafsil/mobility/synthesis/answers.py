@@ -33,6 +33,7 @@ class SynthesisStatus(Status):
     NOT_FOUND = ("synthesis.not_found", False)
     FAR = ("synthesis.far", False)
     LIMITED = ("synthesis.limited", False)
+    NO_LINKAGE = ("synthesis.no_linkage", False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +177,7 @@ class Synthesis(
         angle = float(np.degrees(self.candidates[0].worst)) if self.candidates else 0.0
         details = {
             "count": ranking.count, "free": ranking.free, "circuit": ranking.circuit, "branch": ranking.branch,
-            "order": ranking.order, "angle": angle, **limit_details(ranking), **self.details,
+            "order": ranking.order, "angle": angle, **limit_details(ranking.beyond), **self.details,
         }  # fmt: skip
         lines = [self.status.sentence(language, **details)]
         if self.method:
@@ -188,10 +189,10 @@ class Synthesis(
         return "\n".join(lines)
 
 
-def limit_details(ranking: Ranking) -> dict[str, int]:
+def limit_details(beyond: tuple[int, int, int]) -> dict[str, int]:
     """Numbers of linkages beyond limits, for sentences."""
-    pivots, transmission, length = ranking.beyond
-    return {"beyond": sum(ranking.beyond), "by_pivots": pivots, "by_transmission": transmission, "by_length": length}
+    pivots, transmission, length = beyond
+    return {"beyond": sum(beyond), "by_pivots": pivots, "by_transmission": transmission, "by_length": length}
 
 
 def rows_of(candidates: Sequence[Candidate]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:

@@ -193,6 +193,26 @@ def synthesise_function(
     Raises:
         InputError: another number of angles, two equal angles of the crank, a ground that is not positive.
     """
+    theta, phi = angle_pairs(inputs, outputs)
+    g, task = positive("ground", ground), np.column_stack([theta, phi])
+    if len(theta) == 5:
+        return _five(theta, phi, g, limits)
+    shifts = [0.0] if len(theta) == 3 else rocker_lines(theta, phi)
+    if any(is_free(theta, phi + shift) for shift in shifts or [0.0]):
+        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", {"ground": g})
+    solved = [(K, shift) for shift in shifts for K in freudenstein_ratios(theta, phi + shift)]
+    batches = [one for K, shift in solved if (one := _linkage(K, theta, phi + shift, g)) is not None]
+    ranking = rank_candidates(batches, g, either_side=False, limits=limits)
+    method = "function_by_three" if len(theta) == 3 else "function_by_four"
+    return Synthesis(outcome(ranking), "function", ranking, task, (), None, method, {"real": len(solved), "ground": g})
+
+
+def angle_pairs(inputs: ArrayLike, outputs: ArrayLike) -> tuple[Floats, Floats]:
+    """Checked angles (N,), (N,) of crank and rocker, N from 3 to 5 [rad].
+
+    Raises:
+        InputError: another number of angles, two equal angles of the crank.
+    """
     theta = real_array("inputs", inputs)
     if theta.ndim != 1 or not 3 <= len(theta) <= 5:
         raise InputError("synthesis.angle_count", got=theta.shape, least=3, most=5)
@@ -201,40 +221,38 @@ def synthesise_function(
         same = np.flatnonzero(np.abs(wrap_angle(theta[:k] - theta[k])) <= SAME_POSE)
         if len(same):
             raise InputError("synthesis.same_timing", first=int(same[0]) + 1, second=k + 1)
-    g, task = positive("ground", ground), np.column_stack([theta, phi])
-    if len(theta) == 5:
-        return _five(theta, phi, g, limits)
-    shifts = [0.0] if len(theta) == 3 else _rocker_lines(theta, phi)
-    if any(_is_free(theta, phi + shift) for shift in shifts or [0.0]):
-        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", {"ground": g})
-    solved = [(K, shift) for shift in shifts for K in _ratios(theta, phi + shift)]
-    batches = [one for K, shift in solved if (one := _linkage(K, theta, phi + shift, g)) is not None]
-    ranking = rank_candidates(batches, g, either_side=False, limits=limits)
-    method = "function_by_three" if len(theta) == 3 else "function_by_four"
-    return Synthesis(outcome(ranking), "function", ranking, task, (), None, method, {"real": len(solved), "ground": g})
+    return theta, phi
 
 
-def _is_free(theta: Floats, phi: Floats) -> bool:
-    """Whether the pairs fit Freudenstein's equation with more than one choice of ratios, as equal angles do."""
-    rows = np.stack([np.cos(phi), -np.cos(theta), np.ones(len(theta)), np.cos(theta - phi)], axis=1)
+def is_free(theta: Floats, phi: Floats, ground: float = 1.0) -> bool:
+    """Whether the pairs fit Freudenstein's equation with more than one choice of ratios, as equal angles do.
+
+    Args:
+        theta, phi: (N,) angles from the ground line.
+        ground: cosine of the arc between the fixed axes; 1 in the plane.
+    """
+    right = ground * np.cos(theta) * np.cos(phi) + np.sin(theta) * np.sin(phi)
+    rows = np.stack([np.cos(phi), -np.cos(theta), np.ones(len(theta)), right], axis=1)
     first, whole = (np.linalg.svd(each, compute_uv=False) > SAME_POSE for each in (rows[:, :3], rows))
     return bool(first.sum() < 3 and whole.sum() == first.sum())
 
 
-def _ratios(theta: Floats, phi: Floats) -> list[Floats]:
-    """(K1, K2, K3) of Freudenstein's equation, or none if the pairs do not determine them."""
+def freudenstein_ratios(theta: Floats, phi: Floats, ground: float = 1.0) -> list[Floats]:
+    """(K1, K2, K3) of Freudenstein's equation, or none if the pairs do not determine them; arguments as `is_free`."""
     rows = np.stack([np.cos(phi), -np.cos(theta), np.ones(len(theta))], axis=1)
     s = np.linalg.svd(rows, compute_uv=False)
     if s[-1] < SINGULAR_PENCIL * s[0]:
         return []
-    return [np.asarray(np.linalg.lstsq(rows, np.cos(theta - phi), rcond=None)[0], dtype=np.float64)]
+    right = ground * np.cos(theta) * np.cos(phi) + np.sin(theta) * np.sin(phi)
+    return [np.asarray(np.linalg.lstsq(rows, right, rcond=None)[0], dtype=np.float64)]
 
 
-def _rocker_lines(theta: Floats, phi: Floats) -> list[float]:
+def rocker_lines(theta: Floats, phi: Floats, ground: float = 1.0) -> list[float]:
     """Angles modulo pi that, added to those of the rocker, make four equations of Freudenstein depend on each other."""
     middle = np.stack([np.cos(theta), np.ones(4)], axis=1)
     first = np.cos(phi), -np.sin(phi)
-    last = np.cos(theta - phi), np.sin(theta - phi)
+    x, y = ground * np.cos(theta), np.sin(theta)
+    last = x * np.cos(phi) + y * np.sin(phi), y * np.cos(phi) - x * np.sin(phi)
 
     def det(i: int, k: int) -> float:
         return float(np.linalg.det(np.column_stack([first[i], middle, last[k]])))

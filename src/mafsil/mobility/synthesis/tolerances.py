@@ -23,6 +23,10 @@ ILL_CONDITIONED = 1e-4
 """Sine of a transmission angle below which a pin closed by lengths loses more than four digits: it is not compared."""
 EXACT = 1e-9
 """Largest error, over the size of the linkage, up to which a position is met: a hundred times what Newton leaves."""
+GRID = 720
+"""Crank angles of a turn at which six-bars and spherical four-bars are looked at; minima between them by parabolas."""
+MOST_JUDGED = 200
+"""Linkages of a family whose configurations are followed, those of the best transmission angles at the positions."""
 BULKY = 30.0
 """Linkages with links longer than so many sizes of the task stand behind the others of as many defects."""
 MOST_CANDIDATES = 60
