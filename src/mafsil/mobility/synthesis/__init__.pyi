@@ -18,6 +18,10 @@ from mafsil.mobility.synthesis.motion import ManyDyads as ManyDyads
 from mafsil.mobility.synthesis.motion import five_pose_dyads as five_pose_dyads
 from mafsil.mobility.synthesis.motion import synthesise_motion as synthesise_motion
 from mafsil.mobility.synthesis.path import synthesise_path as synthesise_path
+from mafsil.mobility.synthesis.six_bar import SixBar as SixBar
+from mafsil.mobility.synthesis.six_bar_synthesis import ThreeLinkChain as ThreeLinkChain
+from mafsil.mobility.synthesis.six_bar_synthesis import synthesise_six_bar_function as synthesise_six_bar_function
+from mafsil.mobility.synthesis.six_bar_synthesis import synthesise_six_bar_path as synthesise_six_bar_path
 from mafsil.mobility.synthesis.spherical import SphericalFourBar as SphericalFourBar
 from mafsil.mobility.synthesis.spherical import synthesise_spherical_function as synthesise_spherical_function
 from mafsil.mobility.synthesis.spherical import synthesise_spherical_motion as synthesise_spherical_motion

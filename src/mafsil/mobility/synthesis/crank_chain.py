@@ -233,11 +233,10 @@ def rank_chains(
     """
     exact = [one for one in placed if one and one[0].residual <= EXACT * max(one[0].chain.lengths.values())]
     transmission = [float(_transmission(one[0]).min()) for one in exact]
-    order = np.argsort(-np.array(transmission), kind="stable")[:MOST_JUDGED].tolist()
+    order: list[int] = np.argsort(-np.array(transmission), kind="stable")[:MOST_JUDGED].tolist()
     found, beyond = list[ChainCandidate](), np.zeros(3, dtype=int)
     for k in order:
-        choices: Sequence[Placed] = exact[k]
-        one = min(map(judge_positions, choices), key=_badness)
+        one = min(map(judge_positions, exact[k]), key=_badness)
         longest = np.array([max(one.linkage.lengths.values())])
         broken = limits.violations(_either_sense(one.linkage.pivots, limits), np.array([one.worst]), longest)[:, 0]
         if broken.any():
@@ -367,7 +366,7 @@ def _way(joined: Booleans, at: Integers) -> tuple[bool, Integers]:
         steps = np.arange(min(length, count - 1) + 1)
         return length < count, np.mod(at[0] + sense * steps, count)
     start = int(np.flatnonzero(~joined)[0]) + 1
-    place = np.mod(at - start, count)
-    steps = np.diff(place)
-    way = np.mod(start + np.arange(place.min(), place.max() + 1), count)
+    place: Integers = (at - start) % count
+    steps: Integers = np.diff(place)
+    way = (start + np.arange(int(place.min()), int(place.max()) + 1)) % count
     return bool((steps > 0).all() or (steps < 0).all()), way

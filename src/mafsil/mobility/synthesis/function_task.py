@@ -30,10 +30,7 @@ from mafsil.mobility.synthesis.dyads import Dyad, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import Positions
 from mafsil.mobility.synthesis.motion import dyads_through
 from mafsil.mobility.synthesis.poses import Complexes, PoseConditions, as_complex, common_pole
-from mafsil.mobility.synthesis.tolerances import SAME_POSE, SINGULAR_PENCIL
-
-SAME_GROUND = 1e-3
-"""A dyad nearer to the fixed pivots is the ground: an ill-conditioned root keeps three digits at least."""
+from mafsil.mobility.synthesis.tolerances import SAME_GROUND, SAME_POSE, SINGULAR_PENCIL
 
 
 def chebyshev_spacing(lower: float, upper: float, count: int) -> Floats:

@@ -26,14 +26,12 @@ from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import Positions, fit_four_bars, four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.motion import count_dyads, dyads_through, pole_details
 from mafsil.mobility.synthesis.poses import PoseConditions, as_complex, common_pole, spread
-from mafsil.mobility.synthesis.tolerances import EXACT, SAME_POSE
+from mafsil.mobility.synthesis.tolerances import EXACT, SAME_GROUND, SAME_POSE
 
 NINE = 9
 """Points that any angles of the crank leave finitely many four-bars for: at most 1,442 triples of cognates."""
 MOST_POINTS = 400
 """Points of a path: unknown angles of the crank make dense equations of so many columns."""
-SAME_DYAD = 1e-3
-"""A dyad nearer than it is the known one: an ill-conditioned root keeps three digits at least."""
 FIT = 0.02
 """Distance of a fit from its points, over their spread, up to which it counts as one if nothing else is said."""
 FEW_STARTS = 12
@@ -63,21 +61,21 @@ def synthesise_path(
         InputError: too few or too many points, timing of another length, two equal angles of the crank, two points
             that coincide.
     """
-    z = _checked_points(points, 3 if timing is not None else 5)
+    z = checked_points(points, 3 if timing is not None else 5)
     whole("samples", samples, 4, 400)
     near = FIT * float(spread(as_complex(z))) if tolerance is None else positive("tolerance", tolerance)
     if timing is None:
         return _fit(z, None, samples, near, limits)
     angles = single("timing", timing, (len(z),))
-    _require_apart(angles)
+    require_apart(angles)
     return _fit(z, angles, samples, near, limits) if len(z) > 5 else _exact(z, angles, samples, limits)
 
 
-def _checked_points(points: ArrayLike, least: int) -> Floats:
-    """(N, 2) points that are apart."""
+def checked_points(points: ArrayLike, least: int, most: int = MOST_POINTS) -> Floats:
+    """(N, 2) points that are apart, so many."""
     z = as_batch("points", points, (2,), finite=True)
-    if z.ndim != 2 or not least <= len(z) <= MOST_POINTS:
-        raise InputError("synthesis.point_count", got=z.shape, least=least, most=MOST_POINTS)
+    if z.ndim != 2 or not least <= len(z) <= most:
+        raise InputError("synthesis.point_count", got=z.shape, least=least, most=most)
     near = SAME_POSE * float(spread(as_complex(z)))
     for k in range(len(z)):
         same = np.flatnonzero(np.hypot(*(z[:k] - z[k]).T) <= near)
@@ -86,7 +84,7 @@ def _checked_points(points: ArrayLike, least: int) -> Floats:
     return z
 
 
-def _require_apart(angles: Floats) -> None:
+def require_apart(angles: Floats) -> None:
     """Refuse two equal angles of the crank: it cannot be in two places then."""
     for k in range(len(angles)):
         same = np.flatnonzero(np.abs(wrap_angle(angles[:k] - angles[k])) <= SAME_POSE)
@@ -141,7 +139,7 @@ def _without(one: Dyad, others: list[Dyad], size: float) -> list[Dyad]:
     """
     gaps = [float(np.abs(np.append(each.pivot - one.pivot, each.point - one.point)).max()) for each in others]
     nearest = int(np.argmin(gaps)) if gaps else 0
-    return [each for k, each in enumerate(others) if k != nearest or gaps[k] > SAME_DYAD * size]
+    return [each for k, each in enumerate(others) if k != nearest or gaps[k] > SAME_GROUND * size]
 
 
 def _exchange(one: Dyad, z: Floats) -> Dyad:

@@ -31,7 +31,7 @@ from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.crank_chain import ChainSynthesis, Placed, rank_chains
 from mafsil.mobility.synthesis.five_poses import curve_pairs, five_pose_pairs
 from mafsil.mobility.synthesis.function_task import angle_pairs, freudenstein_ratios, is_free, rocker_lines
-from mafsil.mobility.synthesis.tolerances import NO_LENGTH, SAME_POSE, UNDETERMINED
+from mafsil.mobility.synthesis.tolerances import NO_LENGTH, SAME_GROUND, SAME_POSE, UNDETERMINED
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,13 +286,8 @@ def _five(theta: Floats, phi: Floats, axes: Floats) -> list[Placed]:
     pairs = five_pose_pairs(steps[1:] - np.eye(3))
     placed: list[Placed] = []
     for p, q, real in zip(pairs.p, pairs.q, pairs.real, strict=True):
-        if real and _arc(p, axes[0]) > SAME_AXIS and np.pi - _arc(p, axes[0]) > SAME_AXIS:
+        if real and _arc(p, axes[0]) > SAME_GROUND and np.pi - _arc(p, axes[0]) > SAME_GROUND:
             C = np.einsum("kij,kjl,l->ki", cranks, steps, q)
             one = _placed(axes[0], cranks @ p, C, axes[1])
             placed += [] if one is None else [one]
     return placed
-
-
-SAME_AXIS = 1e-3
-"""A dyad whose crank pin is nearer to the axis of the crank is the ground: an ill-conditioned root keeps three digits
-at least [rad]."""

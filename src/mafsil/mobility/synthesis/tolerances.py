@@ -23,6 +23,8 @@ ILL_CONDITIONED = 1e-4
 """Sine of a transmission angle below which a pin closed by lengths loses more than four digits: it is not compared."""
 EXACT = 1e-9
 """Largest error, over the size of the linkage, up to which a position is met: a hundred times what Newton leaves."""
+SAME_GROUND = 1e-3
+"""A dyad nearer to a known link is that link: an ill-conditioned root keeps three digits at least."""
 GRID = 720
 """Crank angles of a turn at which six-bars and spherical four-bars are looked at; minima between them by parabolas."""
 MOST_JUDGED = 200
