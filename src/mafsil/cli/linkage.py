@@ -20,9 +20,7 @@ from mafsil.cli.table import number, table
 from mafsil.csv_table import csv_text
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.messages.tables import number as brief_number
 from mafsil.mobility import (
-    FourBar,
     Linkage,
     Mobility,
     close_drawing,
@@ -33,7 +31,8 @@ from mafsil.mobility import (
 from mafsil.mobility.linkages import CrankTurn, lock_joints, turn_crank
 from mafsil.mobility.linkages.mechanism_linkage import as_linkage
 from mafsil.mobility.linkages.plates import plates, write_plates
-from mafsil.mobility.synthesis import Candidate, FunctionTask, Synthesis, synthesise_file
+from mafsil.mobility.synthesis import FunctionTask, Synthesis, synthesise_file
+from mafsil.mobility.synthesis.answers import rows_of
 from mafsil.whole_file import write_whole
 
 MOST_SHOWN = 12
@@ -208,11 +207,8 @@ def synthesis_of(file: str, candidate: str | int | None = None, picture: str | N
     data, lines = found.to_dict(), found.explain().split("\n")
     if found.best is not None:
         lines = lines[: 2 if found.method else 1]
-        lines += table(
-            _candidate_head(),
-            [_candidate_row(k, one) for k, one in enumerate(found.candidates[:MOST_SHOWN])],
-            words=(6,),
-        )
+        head, rows = rows_of(found.candidates[:MOST_SHOWN])
+        lines += table(head, rows, words=(6,))
         if len(found) > MOST_SHOWN:
             lines.append(say("messages.more_rows", count=len(found) - MOST_SHOWN))
         lines += found[shown - 1].explain().split("\n")
@@ -223,19 +219,6 @@ def synthesis_of(file: str, candidate: str | int | None = None, picture: str | N
 
         lines.append(draw_picture(partial(plot_synthesis, found, index=shown - 1), picture, data))
     return Answer(data, tuple(lines), None if found else found.explain().split("\n")[0])
-
-
-def _candidate_head() -> tuple[str, ...]:
-    names = ("number", "crank", "coupler", "rocker", "ground", "worst", "defects")
-    return tuple(say(f"synthesis.head_{name}") for name in names)
-
-
-def _candidate_row(k: int, one: Candidate) -> tuple[str, ...]:
-    bar = one.linkage
-    lengths = bar.lengths.tolist() if isinstance(bar, FourBar) else [bar.crank, bar.rod]
-    cells = [brief_number(each) for each in lengths] + ["-"] * (4 - len(lengths))
-    defects = ", ".join(say(f"synthesis.short_{each.name.lower()}") for each in one.defects)
-    return (str(k + 1), *cells, brief_number(float(np.degrees(one.worst))), defects or say("synthesis.short_free"))
 
 
 def _error_between(found: Synthesis, task: FunctionTask, index: int, data: dict[str, Any]) -> str:

@@ -1,6 +1,11 @@
 from mafsil.mobility.synthesis.answers import Ranking as Ranking
 from mafsil.mobility.synthesis.answers import Synthesis as Synthesis
+from mafsil.mobility.synthesis.assessment import LinkageLimits as LinkageLimits
 from mafsil.mobility.synthesis.candidate import Candidate as Candidate
+from mafsil.mobility.synthesis.cognates import Cognates as Cognates
+from mafsil.mobility.synthesis.cognates import cognates as cognates
+from mafsil.mobility.synthesis.crank_chain import ChainCandidate as ChainCandidate
+from mafsil.mobility.synthesis.crank_chain import ChainSynthesis as ChainSynthesis
 from mafsil.mobility.synthesis.dyads import Dyad as Dyad
 from mafsil.mobility.synthesis.dyads import DyadKind as DyadKind
 from mafsil.mobility.synthesis.five_poses import BurmesterCurves as BurmesterCurves
@@ -13,4 +18,11 @@ from mafsil.mobility.synthesis.motion import ManyDyads as ManyDyads
 from mafsil.mobility.synthesis.motion import five_pose_dyads as five_pose_dyads
 from mafsil.mobility.synthesis.motion import synthesise_motion as synthesise_motion
 from mafsil.mobility.synthesis.path import synthesise_path as synthesise_path
+from mafsil.mobility.synthesis.six_bar import SixBar as SixBar
+from mafsil.mobility.synthesis.six_bar_synthesis import ThreeLinkChain as ThreeLinkChain
+from mafsil.mobility.synthesis.six_bar_synthesis import synthesise_six_bar_function as synthesise_six_bar_function
+from mafsil.mobility.synthesis.six_bar_synthesis import synthesise_six_bar_path as synthesise_six_bar_path
+from mafsil.mobility.synthesis.spherical import SphericalFourBar as SphericalFourBar
+from mafsil.mobility.synthesis.spherical import synthesise_spherical_function as synthesise_spherical_function
+from mafsil.mobility.synthesis.spherical import synthesise_spherical_motion as synthesise_spherical_motion
 from mafsil.mobility.synthesis.task_file import synthesise_file as synthesise_file

@@ -13,7 +13,7 @@ from mafsil.arrays import Booleans, Floats
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.four_bar import FourBar
-from mafsil.mobility.synthesis.assessment import Assessment
+from mafsil.mobility.synthesis.assessment import NO_LIMITS, Assessment, LinkageLimits
 from mafsil.mobility.synthesis.candidate import Candidate, CandidateStatus, candidate
 from mafsil.mobility.synthesis.dyads import Dyad
 from mafsil.mobility.synthesis.fitting import Positions
@@ -32,6 +32,8 @@ class SynthesisStatus(Status):
     INFINITE = ("synthesis.infinite", False)
     NOT_FOUND = ("synthesis.not_found", False)
     FAR = ("synthesis.far", False)
+    LIMITED = ("synthesis.limited", False)
+    NO_LINKAGE = ("synthesis.no_linkage", False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +44,8 @@ class Ranking:
         candidates: the best ones, good ones first: mildest defects, then the better transmission angle at worst.
         count: of all that were assessed.
         free, circuit, branch, order: how many have no defect, and how many have each.
+        beyond: how many more were left out for their pivots, their transmission angle, their length: the first limit
+            that they break.
     """
 
     candidates: tuple[Candidate, ...]
@@ -50,18 +54,23 @@ class Ranking:
     circuit: int
     branch: int
     order: int
+    beyond: tuple[int, int, int] = (0, 0, 0)
 
 
-def rank_candidates(batches: Sequence[Positions], size: float, *, either_side: bool) -> Ranking:
+def rank_candidates(
+    batches: Sequence[Positions], size: float, *, either_side: bool, limits: LinkageLimits = NO_LIMITS
+) -> Ranking:
     """Candidates of batches of linkages.
 
     Args:
         batches: of four-bars and slider-cranks.
         size: of the task [m].
+        limits: what they must keep to.
         either_side: whether a four-bar may be driven by either of its two side links: the better one becomes its crank.
     """
     keys: list[Floats] = []
     parts: list[tuple[Positions, Assessment]] = []
+    beyond = np.zeros(3, dtype=int)
     for batch in batches:
         positions = batch.built(size)
         if not len(positions):
@@ -76,6 +85,12 @@ def rank_candidates(batches: Sequence[Positions], size: float, *, either_side: b
             found = positions.assess()
         if either_side and not positions.slider:
             positions, found = _better_sides(positions, found)
+        broken = limits.violations(positions.fixed_pivots, found.worst, found.lengths.max(axis=1))
+        beyond += np.bincount(broken.argmax(axis=0)[broken.any(axis=0)], minlength=3)
+        positions = positions.chosen(np.asarray(~broken.any(axis=0), dtype=np.bool_))
+        if not len(positions):
+            continue
+        found = positions.assess() if broken.any() else found
         bulky = found.lengths.max(axis=1) > BULKY * size
         place = np.stack([np.full(len(positions), len(parts)), np.arange(len(positions))], axis=1)
         quality = -found.worst if positions.misses is None else positions.misses
@@ -86,7 +101,8 @@ def rank_candidates(batches: Sequence[Positions], size: float, *, either_side: b
     counts = [sum(int(np.sum(getattr(found, name))) for _, found in parts) for name in (
         "circuit_defect", "branch_defect", "order_defect")]  # fmt: skip
     best = tuple(candidate(*parts[int(part)], int(k)) for part, k in rows[:MOST_CANDIDATES, 3:])
-    return Ranking(best, len(rows), int((rows[:, 0] == 0).sum()), counts[0], counts[1], counts[2])
+    free, left_out = int((rows[:, 0] == 0).sum()), (int(beyond[0]), int(beyond[1]), int(beyond[2]))
+    return Ranking(best, len(rows), free, counts[0], counts[1], counts[2], left_out)
 
 
 def _better_sides(positions: Positions, found: Assessment) -> tuple[Positions, Assessment]:
@@ -151,9 +167,7 @@ class Synthesis(
         return self.candidates[index]
 
     def __repr__(self) -> str:
-        head = tuple(say(f"synthesis.head_{name}") for name in (
-            "number", "crank", "coupler", "rocker", "ground", "worst", "defects"))  # fmt: skip
-        rows = [(str(k + 1), *_row(one)) for k, one in enumerate(self.candidates)]
+        head, rows = rows_of(self.candidates)
         lines = self.explain().split("\n")[:2]
         return on_screen("\n".join(lines)) + ("\n" + "\n".join(table(head, rows[:18])) if rows else "")
 
@@ -163,14 +177,29 @@ class Synthesis(
         angle = float(np.degrees(self.candidates[0].worst)) if self.candidates else 0.0
         details = {
             "count": ranking.count, "free": ranking.free, "circuit": ranking.circuit, "branch": ranking.branch,
-            "order": ranking.order, "angle": angle, **self.details,
+            "order": ranking.order, "angle": angle, **limit_details(ranking.beyond), **self.details,
         }  # fmt: skip
         lines = [self.status.sentence(language, **details)]
         if self.method:
             lines.append(say(f"synthesis.{self.method}", language=language, **details))
+        if sum(ranking.beyond) and ranking.count:
+            lines.append(say("synthesis.beyond_limits", language=language, **details))
         if self.candidates:
             lines.append(self.candidates[0].explain(language))
         return "\n".join(lines)
+
+
+def limit_details(beyond: tuple[int, int, int]) -> dict[str, int]:
+    """Numbers of linkages beyond limits, for sentences."""
+    pivots, transmission, length = beyond
+    return {"beyond": sum(beyond), "by_pivots": pivots, "by_transmission": transmission, "by_length": length}
+
+
+def rows_of(candidates: Sequence[Candidate]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Head and rows of a table of candidates."""
+    names = ("number", "crank", "coupler", "rocker", "ground", "worst", "defects")
+    rows = [(str(k + 1), *_row(one)) for k, one in enumerate(candidates)]
+    return tuple(say(f"synthesis.head_{name}") for name in names), rows
 
 
 def _row(one: Candidate) -> tuple[str, ...]:
@@ -188,6 +217,8 @@ NOTHING = Ranking((), 0, 0, 0, 0, 0)
 
 def outcome(ranking: Ranking, *, sampled: bool = False) -> SynthesisStatus:
     """The status that a ranking gives; an empty one proves that there is none, unless its linkages were sampled."""
+    if not ranking.count and sum(ranking.beyond):
+        return SynthesisStatus.LIMITED
     if not ranking.count:
         return SynthesisStatus.NOT_FOUND if sampled else SynthesisStatus.NONE
     return SynthesisStatus.FREE if ranking.free else SynthesisStatus.DEFECTIVE

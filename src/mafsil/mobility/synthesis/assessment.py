@@ -13,16 +13,74 @@ linkages (k,) with positions (k, N), points as complex numbers.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Booleans, Floats, Integers
+from mafsil.arrays import Booleans, Floats, Integers, positive, real_array
+from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.poses import Complexes
 from mafsil.mobility.synthesis.tolerances import DEAD
 from mafsil.mobility.tolerances import TYPED
+
+
+@dataclass(frozen=True, eq=False)
+class LinkageLimits:
+    """What a linkage must keep to beside its task; None leaves it free.
+
+    Attributes:
+        pivots: (2, d) opposite corners of the box in which fixed pivots lie [m]; of spherical linkages, d = 3, the box
+            of unit vectors along fixed axes, in either sense.
+        transmission: least transmission angle on the way through the positions, below a right angle [rad].
+        longest: of all links [m]; of spherical linkages the longest arc [rad].
+    """
+
+    pivots: Floats | None = None
+    transmission: float | None = None
+    longest: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.pivots is not None:
+            box = real_array("pivots", self.pivots)
+            if box.ndim != 2 or len(box) != 2 or box.shape[1] not in (2, 3) or not np.isfinite(box).all():
+                raise InputError("synthesis.limit_box", got=box.shape)
+            object.__setattr__(self, "pivots", np.sort(box, axis=0))
+        for name in ("transmission", "longest"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, positive(name, getattr(self, name)))
+        if self.transmission is not None and self.transmission >= np.pi / 2:
+            raise InputError("synthesis.limit_transmission", value=self.transmission)
+
+    def contains(self, points: Floats) -> Booleans:
+        """(*batch,) whether points (*batch, d) lie in the box.
+
+        Raises:
+            InputError: the box has another dimension.
+        """
+        if self.pivots is None:
+            return np.ones(points.shape[:-1], dtype=np.bool_)
+        if self.pivots.shape[1] != points.shape[-1]:
+            raise InputError("synthesis.limit_box", got=self.pivots.shape)
+        return np.asarray(((points >= self.pivots[0]) & (points <= self.pivots[1])).all(axis=-1), dtype=np.bool_)
+
+    def violations(self, pivots: Sequence[Floats], worst: Floats, longest: Floats) -> Booleans:
+        """(3, k) which linkages break the limit of pivots, of transmission, of links.
+
+        Args:
+            pivots: (k, d) fixed pivots, one array for each.
+            worst: (k,) least transmission angles [rad].
+            longest: (k,) links.
+        """
+        inside = np.stack([self.contains(each) for each in pivots]).all(axis=0)
+        weak = worst < (self.transmission or 0.0)
+        long = longest > (np.inf if self.longest is None else self.longest)
+        return np.stack([~inside, weak, long])
+
+
+NO_LIMITS = LinkageLimits()
 
 
 @dataclass(frozen=True, eq=False)

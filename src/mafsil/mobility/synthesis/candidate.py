@@ -152,10 +152,10 @@ class Candidate(
         angles = np.degrees(self.theta)
         return {
             "angle": float(np.degrees(self.worst)),
-            "first": _places(self.circuits == self.circuits[0]),
-            "others": _places(self.circuits != self.circuits[0]),
-            "one_side": _places(self.modes == self.modes[0]),
-            "other_side": _places(self.modes != self.modes[0]),
+            "first": position_numbers(self.circuits == self.circuits[0]),
+            "others": position_numbers(self.circuits != self.circuits[0]),
+            "one_side": position_numbers(self.modes == self.modes[0]),
+            "other_side": position_numbers(self.modes != self.modes[0]),
             "least": float(np.degrees(self.transmission.min())),
             "angles": ", ".join(f"{angle:.1f}" for angle in angles),
         }
@@ -170,7 +170,7 @@ class Candidate(
         }
 
 
-def _places(which: Any) -> str:
+def position_numbers(which: Any) -> str:
     """Numbers of positions, from 1 on; a dash for none."""
     return ", ".join(str(k + 1) for k in np.flatnonzero(which)) or "-"
 

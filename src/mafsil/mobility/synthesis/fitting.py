@@ -18,7 +18,7 @@ import numpy as np
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.mobility.synthesis.assessment import Assessment, assess_four_bars, assess_slider_cranks
 from mafsil.mobility.synthesis.dyads import Dyad
-from mafsil.mobility.synthesis.poses import Complexes, as_complex, spread
+from mafsil.mobility.synthesis.poses import Complexes, as_complex, as_points, spread
 from mafsil.mobility.synthesis.tolerances import NO_LENGTH
 from mafsil.solvers.least_squares import levenberg_marquardt
 
@@ -183,12 +183,27 @@ class Positions:
     def __len__(self) -> int:
         return len(self.A)
 
+    @property
+    def fixed_pivots(self) -> list[Floats]:
+        """(k, 2) for each: of crank and rocker, of slider-cranks of the crank alone [m]."""
+        return [as_points(self.A)] if self.slider else [as_points(self.A), as_points(self.D)]
+
     def chosen(self, which: Booleans | Integers) -> Positions:
         """Some of them."""
         return Positions(
             self.A[which], self.B[which], self.C[which], self.D[which], self.frame[which], self.slider,
             None if self.misses is None else self.misses[which],
         )  # fmt: skip
+
+    def triples(self) -> int:
+        """Number of cognate triples that the linkages stand in: a triple has one triangle of fixed pivots."""
+        ratio = (self.frame[:, 0] + 1j * self.frame[:, 1]) / np.abs(self.C - self.B).mean(axis=1)
+        corners = np.sort_complex(np.stack([self.A, self.D, self.A + ratio * (self.D - self.A)], axis=1))
+        seen = list[Complexes]()
+        for each in corners:
+            if all(np.abs(each - other).max() > SAME_FIT * np.abs(each - each.mean()).max() for other in seen):
+                seen.append(each)
+        return len(seen)
 
     def assess(self) -> Assessment:
         """Their defects."""

@@ -206,7 +206,18 @@ def curves_of(given: PoseConditions, samples: int) -> BurmesterCurves:
         given: four poses.
         samples: lines through the pole.
     """
-    M = given.M
+    p, q = curve_pairs(given.M, samples)
+    centre, circle = (in_plane(points, given.middle, given.size) for points in (p, q))
+    return BurmesterCurves(centre, circle, p, q)
+
+
+def curve_pairs(M: Floats, samples: int) -> tuple[Floats, Floats]:
+    """Fixed and moving points (k, 3), (k, 3) of the dyads of forms (3, 3, 3), the first of which has rank two.
+
+    Args:
+        M: of four poses, or of four orientations about one point.
+        samples: lines through the pole.
+    """
     start = np.linalg.svd(M[0].T)[2][-1]  # the pole, homogeneous: M[0]^T start = 0
     angle = np.linspace(0.0, np.pi, samples, endpoint=False) + 0.5 * np.pi / samples
     first, second = np.linalg.svd(start[None])[2][1:]
@@ -222,8 +233,7 @@ def curves_of(given: PoseConditions, samples: int) -> BurmesterCurves:
     p = (above[..., None] * start + below[..., None] * Q[:, None])[real]
     p /= np.linalg.norm(p, axis=-1, keepdims=True)
     q = np.linalg.svd(np.einsum("ai,jik->ajk", p, M))[2][:, -1, :]
-    centre, circle = (in_plane(points, given.middle, given.size) for points in (p, q))
-    return BurmesterCurves(centre, circle, p, q)
+    return p, q
 
 
 def block_of(given: PoseConditions) -> tuple[Floats, Floats]:

@@ -24,15 +24,13 @@ from mafsil.errors import InputError
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
+from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.candidate import Candidate
 from mafsil.mobility.synthesis.dyads import Dyad, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import Positions
 from mafsil.mobility.synthesis.motion import dyads_through
 from mafsil.mobility.synthesis.poses import Complexes, PoseConditions, as_complex, common_pole
-from mafsil.mobility.synthesis.tolerances import SAME_POSE, SINGULAR_PENCIL
-
-SAME_GROUND = 1e-3
-"""A dyad nearer to the fixed pivots is the ground: an ill-conditioned root keeps three digits at least."""
+from mafsil.mobility.synthesis.tolerances import SAME_GROUND, SAME_POSE, SINGULAR_PENCIL
 
 
 def chebyshev_spacing(lower: float, upper: float, count: int) -> Floats:
@@ -128,16 +126,21 @@ class FunctionTask:
         start, end = self.outputs
         return start + (np.asarray(y, dtype=np.float64) - low) * ((end - start) / (high - low))
 
-    def synthesise(self, count: int = 3, *, x: ArrayLike | None = None, ground: float = 1.0) -> Synthesis:
+    def synthesise(
+        self, count: int = 3, *, x: ArrayLike | None = None, ground: float = 1.0, limits: LinkageLimits = NO_LIMITS
+    ) -> Synthesis:
         """Four-bars that are exact at precision points; see `synthesise_function` for which lines the dials leave free.
 
         Args:
             count: of the precision points, 3 to 5, spaced by Chebyshev.
             x: the precision points themselves, instead.
             ground: distance of the fixed pivots [m].
+            limits: least transmission angle, longest link, region of fixed pivots.
         """
         chosen = chebyshev_spacing(*self.interval, whole("count", count, 3, 5)) if x is None else np.asarray(x, float)
-        return synthesise_function(self.crank_angles(chosen), self.rocker_angles(self.values(chosen)), ground=ground)
+        return synthesise_function(
+            self.crank_angles(chosen), self.rocker_angles(self.values(chosen)), ground=ground, limits=limits
+        )
 
     def structural_error(self, found: Synthesis, index: int = 0, samples: int = 181) -> StructuralError:
         """The error of a candidate over the whole interval.
@@ -167,7 +170,9 @@ def _rocker_angle(one: Candidate, theta: Floats) -> Floats:
     return np.arctan2(arm[..., 1], arm[..., 0])
 
 
-def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float = 1.0) -> Synthesis:
+def synthesise_function(
+    inputs: ArrayLike, outputs: ArrayLike, *, ground: float = 1.0, limits: LinkageLimits = NO_LIMITS
+) -> Synthesis:
     """Four-bars that coordinate angles of crank and rocker, with A at the origin and D at (ground, 0).
 
     Of three pairs both angles count from the ground line; of four the rocker's count from any line; of five both do.
@@ -177,12 +182,33 @@ def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float 
         inputs: (N,) angles of the crank, N from 3 to 5 [rad].
         outputs: (N,) angles of the rocker, from D to C [rad].
         ground: distance of the fixed pivots, which sets the scale [m].
+        limits: least transmission angle, longest link, region of fixed pivots.
 
     Returns:
         All candidates, driven by the crank; good ones first.
 
     Raises:
         InputError: another number of angles, two equal angles of the crank, a ground that is not positive.
+    """
+    theta, phi = angle_pairs(inputs, outputs)
+    g, task = positive("ground", ground), np.column_stack([theta, phi])
+    if len(theta) == 5:
+        return _five(theta, phi, g, limits)
+    shifts = [0.0] if len(theta) == 3 else rocker_lines(theta, phi)
+    if any(is_free(theta, phi + shift) for shift in shifts or [0.0]):
+        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", {"ground": g})
+    solved = [(K, shift) for shift in shifts for K in freudenstein_ratios(theta, phi + shift)]
+    batches = [one for K, shift in solved if (one := _linkage(K, theta, phi + shift, g)) is not None]
+    ranking = rank_candidates(batches, g, either_side=False, limits=limits)
+    method = "function_by_three" if len(theta) == 3 else "function_by_four"
+    return Synthesis(outcome(ranking), "function", ranking, task, (), None, method, {"real": len(solved), "ground": g})
+
+
+def angle_pairs(inputs: ArrayLike, outputs: ArrayLike) -> tuple[Floats, Floats]:
+    """Checked angles (N,), (N,) of crank and rocker, N from 3 to 5 [rad].
+
+    Raises:
+        InputError: another number of angles, two equal angles of the crank.
     """
     theta = real_array("inputs", inputs)
     if theta.ndim != 1 or not 3 <= len(theta) <= 5:
@@ -192,40 +218,38 @@ def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float 
         same = np.flatnonzero(np.abs(wrap_angle(theta[:k] - theta[k])) <= SAME_POSE)
         if len(same):
             raise InputError("synthesis.same_timing", first=int(same[0]) + 1, second=k + 1)
-    g, task = positive("ground", ground), np.column_stack([theta, phi])
-    if len(theta) == 5:
-        return _five(theta, phi, g)
-    shifts = [0.0] if len(theta) == 3 else _rocker_lines(theta, phi)
-    if any(_is_free(theta, phi + shift) for shift in shifts or [0.0]):
-        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", {"ground": g})
-    solved = [(K, shift) for shift in shifts for K in _ratios(theta, phi + shift)]
-    batches = [one for K, shift in solved if (one := _linkage(K, theta, phi + shift, g)) is not None]
-    ranking = rank_candidates(batches, g, either_side=False)
-    method = "function_by_three" if len(theta) == 3 else "function_by_four"
-    return Synthesis(outcome(ranking), "function", ranking, task, (), None, method, {"real": len(solved), "ground": g})
+    return theta, phi
 
 
-def _is_free(theta: Floats, phi: Floats) -> bool:
-    """Whether the pairs fit Freudenstein's equation with more than one choice of ratios, as equal angles do."""
-    rows = np.stack([np.cos(phi), -np.cos(theta), np.ones(len(theta)), np.cos(theta - phi)], axis=1)
+def is_free(theta: Floats, phi: Floats, ground: float = 1.0) -> bool:
+    """Whether the pairs fit Freudenstein's equation with more than one choice of ratios, as equal angles do.
+
+    Args:
+        theta, phi: (N,) angles from the ground line.
+        ground: cosine of the arc between the fixed axes; 1 in the plane.
+    """
+    right = ground * np.cos(theta) * np.cos(phi) + np.sin(theta) * np.sin(phi)
+    rows = np.stack([np.cos(phi), -np.cos(theta), np.ones(len(theta)), right], axis=1)
     first, whole = (np.linalg.svd(each, compute_uv=False) > SAME_POSE for each in (rows[:, :3], rows))
     return bool(first.sum() < 3 and whole.sum() == first.sum())
 
 
-def _ratios(theta: Floats, phi: Floats) -> list[Floats]:
-    """(K1, K2, K3) of Freudenstein's equation, or none if the pairs do not determine them."""
+def freudenstein_ratios(theta: Floats, phi: Floats, ground: float = 1.0) -> list[Floats]:
+    """(K1, K2, K3) of Freudenstein's equation, or none if the pairs do not determine them; arguments as `is_free`."""
     rows = np.stack([np.cos(phi), -np.cos(theta), np.ones(len(theta))], axis=1)
     s = np.linalg.svd(rows, compute_uv=False)
     if s[-1] < SINGULAR_PENCIL * s[0]:
         return []
-    return [np.asarray(np.linalg.lstsq(rows, np.cos(theta - phi), rcond=None)[0], dtype=np.float64)]
+    right = ground * np.cos(theta) * np.cos(phi) + np.sin(theta) * np.sin(phi)
+    return [np.asarray(np.linalg.lstsq(rows, right, rcond=None)[0], dtype=np.float64)]
 
 
-def _rocker_lines(theta: Floats, phi: Floats) -> list[float]:
+def rocker_lines(theta: Floats, phi: Floats, ground: float = 1.0) -> list[float]:
     """Angles modulo pi that, added to those of the rocker, make four equations of Freudenstein depend on each other."""
     middle = np.stack([np.cos(theta), np.ones(4)], axis=1)
     first = np.cos(phi), -np.sin(phi)
-    last = np.cos(theta - phi), np.sin(theta - phi)
+    x, y = ground * np.cos(theta), np.sin(theta)
+    last = x * np.cos(phi) + y * np.sin(phi), y * np.cos(phi) - x * np.sin(phi)
 
     def det(i: int, k: int) -> float:
         return float(np.linalg.det(np.column_stack([first[i], middle, last[k]])))
@@ -263,7 +287,7 @@ def _between(B: Complexes, C: Complexes, ground: float) -> Positions:
     return Positions(A, B, C, D, np.zeros((count, 3)))
 
 
-def _five(theta: Floats, phi: Floats, ground: float) -> Synthesis:
+def _five(theta: Floats, phi: Floats, ground: float, limits: LinkageLimits) -> Synthesis:
     """Five pairs: dyads of the rocker's poses as seen from the crank, without the ground."""
     task = np.column_stack([theta, phi])
     D = ground * np.exp(-1j * theta)
@@ -280,7 +304,7 @@ def _five(theta: Floats, phi: Floats, ground: float) -> Synthesis:
     )
     B = on_crank[:, None] * np.exp(1j * theta)
     C = ground + on_rocker[:, None] * np.exp(1j * phi)
-    ranking = rank_candidates([_between(B, C, ground)], ground, either_side=False)
+    ranking = rank_candidates([_between(B, C, ground)], ground, either_side=False, limits=limits)
     details["real"] = len(pins)
     return Synthesis(outcome(ranking), "function", ranking, task, tuple(pins), None, "function_by_five", details)
 

@@ -22,6 +22,7 @@ from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import circle_crossings, circle_gap
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
+from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks, dyads_of, three_pose_dyads
 from mafsil.mobility.synthesis.fitting import four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.five_poses import BurmesterCurves, block_of, curves_of, five_pose_pairs
@@ -41,8 +42,9 @@ MOST_DYADS = 4
 
 
 def synthesise_motion(
-    poses: ArrayLike, *, fixed: ArrayLike | None = None, moving: ArrayLike | None = None, samples: int = 100
-) -> Synthesis:
+    poses: ArrayLike, *, fixed: ArrayLike | None = None, moving: ArrayLike | None = None, samples: int = 100,
+    limits: LinkageLimits = NO_LIMITS,
+) -> Synthesis:  # fmt: skip
     """Linkages whose coupler takes poses in the plane, in their order.
 
     Five poses have at most four dyads: all are found, and all pairs of them (up to six four-bars). Four poses have a
@@ -54,6 +56,7 @@ def synthesise_motion(
         fixed: (k, 2) fixed pivots to choose from [m]; three poses only.
         moving: (k, 2) moving pivots to choose from, in the frame of the coupler [m]; three poses only.
         samples: of three poses points of the grid, of four poses lines across the curve.
+        limits: region of fixed pivots, least transmission angle, longest link.
 
     Returns:
         All candidates with their defects, good ones first.
@@ -78,7 +81,7 @@ def synthesise_motion(
         return Synthesis(SynthesisStatus.INFINITE, "motion", NOTHING, given, (), None, "", {})
     cranks, blocks = cranks_and_blocks(dyads)
     batches = [four_bars_of(cranks), slider_cranks_of(cranks, blocks)]
-    ranking = rank_candidates(batches, float(conditions.size), either_side=True)
+    ranking = rank_candidates(batches, float(conditions.size), either_side=True, limits=limits)
     method = {3: "by_choice" if chosen else "by_grid", 4: "by_curve", 5: "by_five"}[len(given)]
     return Synthesis(
         outcome(ranking, sampled=len(given) < 5),

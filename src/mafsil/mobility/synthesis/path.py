@@ -20,16 +20,18 @@ from mafsil.arrays import Floats, as_batch, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
+from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
+from mafsil.mobility.synthesis.cognates import cognate_positions
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import Positions, fit_four_bars, four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.motion import count_dyads, dyads_through, pole_details
 from mafsil.mobility.synthesis.poses import PoseConditions, as_complex, common_pole, spread
-from mafsil.mobility.synthesis.tolerances import SAME_POSE
+from mafsil.mobility.synthesis.tolerances import EXACT, SAME_GROUND, SAME_POSE
 
+NINE = 9
+"""Points that any angles of the crank leave finitely many four-bars for: at most 1,442 triples of cognates."""
 MOST_POINTS = 400
 """Points of a path: unknown angles of the crank make dense equations of so many columns."""
-SAME_DYAD = 1e-3
-"""A dyad nearer than it is the known one: an ill-conditioned root keeps three digits at least."""
 FIT = 0.02
 """Distance of a fit from its points, over their spread, up to which it counts as one if nothing else is said."""
 FEW_STARTS = 12
@@ -37,8 +39,9 @@ FEW_STARTS = 12
 
 
 def synthesise_path(
-    points: ArrayLike, timing: ArrayLike | None = None, *, samples: int = 24, tolerance: float | None = None
-) -> Synthesis:
+    points: ArrayLike, timing: ArrayLike | None = None, *, samples: int = 24, tolerance: float | None = None,
+    limits: LinkageLimits = NO_LIMITS,
+) -> Synthesis:  # fmt: skip
     """Linkages a coupler point of which passes points of the plane in their order.
 
     With timing three to five points are met exactly: of five all linkages are found, of fewer a sample of the
@@ -49,6 +52,7 @@ def synthesise_path(
         timing: (N,) angles of the crank at the points, from any line [rad]; free if None.
         samples: of a family: points of the grid for three points, lines across the curve for four.
         tolerance: greatest distance from a point at which a fit counts as one [m]; 2 % of the points' spread if None.
+        limits: region of fixed pivots, least transmission angle, longest link.
 
     Returns:
         All candidates, driven by the crank that keeps the timing; good ones first.
@@ -57,21 +61,21 @@ def synthesise_path(
         InputError: too few or too many points, timing of another length, two equal angles of the crank, two points
             that coincide.
     """
-    z = _checked_points(points, 3 if timing is not None else 5)
+    z = checked_points(points, 3 if timing is not None else 5)
     whole("samples", samples, 4, 400)
     near = FIT * float(spread(as_complex(z))) if tolerance is None else positive("tolerance", tolerance)
     if timing is None:
-        return _fit(z, None, samples, near)
+        return _fit(z, None, samples, near, limits)
     angles = single("timing", timing, (len(z),))
-    _require_apart(angles)
-    return _fit(z, angles, samples, near) if len(z) > 5 else _exact(z, angles, samples)
+    require_apart(angles)
+    return _fit(z, angles, samples, near, limits) if len(z) > 5 else _exact(z, angles, samples, limits)
 
 
-def _checked_points(points: ArrayLike, least: int) -> Floats:
-    """(N, 2) points that are apart."""
+def checked_points(points: ArrayLike, least: int, most: int = MOST_POINTS) -> Floats:
+    """(N, 2) points that are apart, so many."""
     z = as_batch("points", points, (2,), finite=True)
-    if z.ndim != 2 or not least <= len(z) <= MOST_POINTS:
-        raise InputError("synthesis.point_count", got=z.shape, least=least, most=MOST_POINTS)
+    if z.ndim != 2 or not least <= len(z) <= most:
+        raise InputError("synthesis.point_count", got=z.shape, least=least, most=most)
     near = SAME_POSE * float(spread(as_complex(z)))
     for k in range(len(z)):
         same = np.flatnonzero(np.hypot(*(z[:k] - z[k]).T) <= near)
@@ -80,7 +84,7 @@ def _checked_points(points: ArrayLike, least: int) -> Floats:
     return z
 
 
-def _require_apart(angles: Floats) -> None:
+def require_apart(angles: Floats) -> None:
     """Refuse two equal angles of the crank: it cannot be in two places then."""
     for k in range(len(angles)):
         same = np.flatnonzero(np.abs(wrap_angle(angles[:k] - angles[k])) <= SAME_POSE)
@@ -88,7 +92,7 @@ def _require_apart(angles: Floats) -> None:
             raise InputError("synthesis.same_timing", first=int(same[0]) + 1, second=k + 1)
 
 
-def _exact(z: Floats, angles: Floats, samples: int) -> Synthesis:
+def _exact(z: Floats, angles: Floats, samples: int, limits: LinkageLimits) -> Synthesis:
     """Three to five points with timing."""
     conditions = PoseConditions.of(np.column_stack([z, angles]))
     task = np.column_stack([z, angles])
@@ -98,7 +102,7 @@ def _exact(z: Floats, angles: Floats, samples: int) -> Synthesis:
     first, batches, infinite = exact_linkages(conditions, samples)
     if infinite:
         return Synthesis(SynthesisStatus.INFINITE, "path", NOTHING, task, (), None, "", {})
-    ranking = rank_candidates(batches, float(conditions.size), either_side=False)
+    ranking = rank_candidates(batches, float(conditions.size), either_side=False, limits=limits)
     method = {3: "path_by_grid", 4: "path_by_curve", 5: "path_by_five"}[len(z)]
     return Synthesis(
         outcome(ranking, sampled=len(z) < 5), "path", ranking, task, tuple(first), None, method, count_dyads(first)
@@ -135,7 +139,7 @@ def _without(one: Dyad, others: list[Dyad], size: float) -> list[Dyad]:
     """
     gaps = [float(np.abs(np.append(each.pivot - one.pivot, each.point - one.point)).max()) for each in others]
     nearest = int(np.argmin(gaps)) if gaps else 0
-    return [each for k, each in enumerate(others) if k != nearest or gaps[k] > SAME_DYAD * size]
+    return [each for k, each in enumerate(others) if k != nearest or gaps[k] > SAME_GROUND * size]
 
 
 def _exchange(one: Dyad, z: Floats) -> Dyad:
@@ -145,7 +149,7 @@ def _exchange(one: Dyad, z: Floats) -> Dyad:
     return Dyad(DyadKind.CRANK, one.pivot, np.array([-one.length, 0.0]), places, arm, one.residual)
 
 
-def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Synthesis:
+def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float, limits: LinkageLimits) -> Synthesis:
     """Least squares from linkages that meet some of the points: fits within the tolerance, or else the nearest few.
 
     Args:
@@ -153,6 +157,7 @@ def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Sy
         angles: (N,) of the crank, or None.
         samples: of the families from which fits start.
         tolerance: of a fit [m].
+        limits: what the linkages must keep to.
     """
     if angles is None:
         starts = [one for guess in _guesses(z) for one in _starts(z, guess, samples)]
@@ -162,11 +167,19 @@ def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Sy
     found = fit_four_bars(as_complex(z), angles, starts)
     misses = np.zeros(0) if found.misses is None else found.misses
     least = float(misses.min(initial=np.inf))
-    ranking = rank_candidates([found.chosen(misses <= max(tolerance, 2 * least))], size, either_side=False)
+    batches = [found.chosen(misses <= max(tolerance, 2 * least))]
+    method, triples = "by_fit", 0
+    if angles is None and len(z) == NINE:
+        # Nine points leave no freedom: each exact four-bar stands in a triple of cognates, all of which are answers.
+        exact = found.chosen(misses <= EXACT * size)
+        triples = exact.triples()
+        batches += cognate_positions(exact)[1:]
+        method = "by_nine"
+    ranking = rank_candidates(batches, size, either_side=False, limits=limits)
     task = z if angles is None else np.column_stack([z, angles])
-    details = {"starts": len(starts), "points": len(z), "miss": least, "tolerance": tolerance}
+    details = {"starts": len(starts), "points": len(z), "miss": least, "tolerance": tolerance, "triples": triples}
     status = SynthesisStatus.FAR if ranking.count and least > tolerance else outcome(ranking, sampled=True)
-    return Synthesis(status, "path", ranking, task, (), None, "by_fit" if ranking.count else "", details)
+    return Synthesis(status, "path", ranking, task, (), None, method if ranking.count else "", details)
 
 
 def _guesses(z: Floats) -> list[Floats]:

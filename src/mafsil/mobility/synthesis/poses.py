@@ -35,6 +35,11 @@ def as_points(numbers: Complexes | complex) -> Floats:
     return np.stack([z.real, z.imag], axis=-1)
 
 
+def unit_numbers(angles: Floats) -> Complexes:
+    """(*batch,) complex numbers of size one at angles (*batch,) [rad]."""
+    return np.asarray(np.exp(1j * angles), dtype=np.complex128)
+
+
 def in_plane(points: Floats, middle: Complexes, size: Floats, turn: Complexes | complex = 1.0) -> Floats:
     """(*batch, 2) homogeneous points (*batch, 3) of size one in the plane [m]; infinite along their direction if far.
 

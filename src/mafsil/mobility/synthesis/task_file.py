@@ -16,6 +16,11 @@ inputs = [30, 90]
 outputs = [240, 330]
 count = 4
 ground = 1.0
+
+[limits]                             # of each kind
+pivots = [[-1, -1], [2, 1]]          # corners of the region of fixed pivots
+transmission = 40                    # least transmission angle
+longest = 3.0                        # link
 """
 
 from __future__ import annotations
@@ -30,15 +35,16 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.mobility.synthesis.answers import Synthesis
+from mafsil.mobility.synthesis.assessment import LinkageLimits
 from mafsil.mobility.synthesis.function_task import FunctionTask
 from mafsil.mobility.synthesis.motion import synthesise_motion
 from mafsil.mobility.synthesis.path import synthesise_path
 from mafsil.toml_source import read_toml
 
 AIMS = {
-    "poses": {"poses", "fixed", "moving", "samples", "degrees"},
-    "points": {"points", "timing", "samples", "degrees"},
-    "function": {"function", "degrees"},
+    "poses": {"poses", "fixed", "moving", "samples", "degrees", "limits"},
+    "points": {"points", "timing", "samples", "degrees", "limits"},
+    "function": {"function", "degrees", "limits"},
 }
 FUNCTION_KEYS = {"formula", "interval", "inputs", "outputs", "count", "ground"}
 FUNCTIONS: dict[str, Callable[[Any], Any]] = {
@@ -49,6 +55,8 @@ OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
     ast.USub: np.negative, ast.UAdd: np.positive,
 }  # fmt: skip
+OTHER_KEYS = ("samples", "degrees", "function", "limits")
+LIMIT_KEYS = {"pivots", "transmission", "longest"}
 LONGEST_FORMULA = 200
 
 
@@ -68,37 +76,68 @@ def synthesise_file(path: str | Path) -> tuple[Synthesis, FunctionTask | None]:
     if not isinstance(data.get("degrees", False), bool):
         raise FileError("synthesis.file_value", path=source, name="degrees", expected="true | false")
     unit = np.pi / 180 if data.get("degrees", False) else 1.0
-    lists = {key: _numbers(data[key], key, source) for key in data if key not in ("samples", "degrees", "function")}
-    sampled = {"samples": data["samples"]} if "samples" in data else {}
+    lists = {key: _numbers(data[key], key, source) for key in data if key not in OTHER_KEYS}
+    sampled: dict[str, Any] = {"samples": data["samples"]} if "samples" in data else {}
+    limits = _limits(data.get("limits", {}), unit, source)
     if given[0] == "poses":
         poses = lists.pop("poses")
         scale = np.array([1.0, 1.0, unit]) if poses.shape[-1:] == (3,) else 1.0
-        return synthesise_motion(poses * scale, **lists, **sampled), None
+        return synthesise_motion(poses * scale, **lists, **sampled, limits=limits), None
     if given[0] == "points":
         timing = lists["timing"] * unit if "timing" in lists else None
-        return synthesise_path(lists["points"], timing, **sampled), None
-    return _function(data["function"], unit, source)
+        return synthesise_path(lists["points"], timing, **sampled, limits=limits), None
+    return _function(data["function"], unit, source, limits)
 
 
-def _function(entry: object, unit: float, source: str) -> tuple[Synthesis, FunctionTask]:
+def _function(entry: object, unit: float, source: str, limits: LinkageLimits) -> tuple[Synthesis, FunctionTask]:
     """The synthesis of a table [function].
 
     Args:
         entry: the table.
         unit: radians of one unit of angle.
         source: name of the file, for errors.
+        limits: what the linkages must keep to.
     """
-    if not isinstance(entry, dict):
-        raise FileError("synthesis.file_value", path=source, name="function", expected="[function]")
-    table = cast("dict[str, Any]", entry)
-    _known(table, FUNCTION_KEYS, source)
+    table = _table_of(entry, "function", FUNCTION_KEYS, source)
     pairs = {name: _pair(table.get(name), name, source) for name in ("interval", "inputs", "outputs")}
     formula = table.get("formula")
     if not isinstance(formula, str):
         raise FileError("synthesis.file_value", path=source, name="formula", expected='"log10(x)"')
     inputs, outputs = ((unit * pairs[name][0], unit * pairs[name][1]) for name in ("inputs", "outputs"))
     task = FunctionTask(function_of(formula, source), pairs["interval"], inputs, outputs)
-    return task.synthesise(table.get("count", 3), ground=table.get("ground", 1.0)), task
+    return task.synthesise(table.get("count", 3), ground=table.get("ground", 1.0), limits=limits), task
+
+
+def _limits(entry: object, unit: float, source: str) -> LinkageLimits:
+    """The limits of a table [limits].
+
+    Args:
+        entry: the table.
+        unit: radians of one unit of angle.
+        source: name of the file, for errors.
+    """
+    table = _table_of(entry, "limits", LIMIT_KEYS, source)
+    box = _numbers(table["pivots"], "pivots", source) if "pivots" in table else None
+    angle, longest = (
+        _number(table[name], name, source) if name in table else None for name in ("transmission", "longest")
+    )
+    return LinkageLimits(box, None if angle is None else angle * unit, longest)
+
+
+def _table_of(entry: object, name: str, keys: set[str], source: str) -> dict[str, Any]:
+    """A table of the file with known keys."""
+    if not isinstance(entry, dict):
+        raise FileError("synthesis.file_value", path=source, name=name, expected=f"[{name}]")
+    table = cast("dict[str, Any]", entry)
+    _known(table, keys, source)
+    return table
+
+
+def _number(value: object, name: str, source: str) -> float:
+    """One number."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise FileError("synthesis.file_value", path=source, name=name, expected="1.0")
+    return float(value)
 
 
 def function_of(formula: str, source: str) -> Callable[[Floats], Floats]:

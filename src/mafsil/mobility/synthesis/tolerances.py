@@ -19,8 +19,16 @@ SINGULAR_PENCIL = 1e-12
 """Least singular value of a pencil at generic places, over its largest, below which it is singular everywhere."""
 DEAD = 1e-9
 """Sine of the transmission angle below which a position is a dead point itself."""
+ILL_CONDITIONED = 1e-4
+"""Sine of a transmission angle below which a pin closed by lengths loses more than four digits: it is not compared."""
 EXACT = 1e-9
 """Largest error, over the size of the linkage, up to which a position is met: a hundred times what Newton leaves."""
+SAME_GROUND = 1e-3
+"""A dyad nearer to a known link is that link: an ill-conditioned root keeps three digits at least."""
+GRID = 720
+"""Crank angles of a turn at which six-bars and spherical four-bars are looked at; minima between them by parabolas."""
+MOST_JUDGED = 200
+"""Linkages of a family whose configurations are followed, those of the best transmission angles at the positions."""
 BULKY = 30.0
 """Linkages with links longer than so many sizes of the task stand behind the others of as many defects."""
 MOST_CANDIDATES = 60
