@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.book.exercise import Draw, Task, asks
+from mafsil.book.family import Draw, Task, asks
 from mafsil.book.judging import ask
 from mafsil.grasp import Contact, Grasp, two_fingers
 from mafsil.mobility import gruebler_count
@@ -82,7 +82,7 @@ def four_contacts(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("3.3.3 two fingers")
+@asks("3.3.3 two fingers", unknown="mu")
 def two_contacts(draw: Draw) -> Task:
     """Two fingers with friction: friction angle and Nguyen's test."""
     mu, width, shift = draw.number(0.3, 1.0, 0.05), draw.number(0.4, 1.0), draw.number(-0.5, 0.5, 0.05)
@@ -102,7 +102,7 @@ def two_contacts(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("3.1 slip")
+@asks("3.1 slip", unknown="f_t f_n")
 def slip(draw: Draw) -> Task:
     """Angle of a contact force, and whether the contact slips."""
     f_t, f_n, mu = draw.number(0.5, 9, 0.5), draw.number(1, 9, 0.5), draw.number(0.2, 1.2)
@@ -116,7 +116,7 @@ def slip(draw: Draw) -> Task:
     )
 
 
-@asks("3.3.1 squeeze")
+@asks("3.3.1 squeeze", unknown="m mu")
 def squeeze(draw: Draw) -> Task:
     """Normal force of two fingers that hold a weight by friction."""
     m, mu = draw.number(0.2, 5), draw.number(0.2, 0.9, 0.05)

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.book.exercise import Draw, Task, asks
+from mafsil.book.family import Draw, Task, asks
 from mafsil.book.judging import ask
 from mafsil.geometry import Pose, Rotation, ScrewAxis, Twist, Wrench, planar
 
@@ -248,7 +248,7 @@ def point(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("4.3.3.2 pitch")
+@asks("4.3.3.2 pitch", unknown="theta")
 def pitch(draw: Draw) -> Task:
     """Pitch and a point of the axis of a pose turned about z."""
     theta, p = draw.degrees(20, 150), draw.numbers(3, -1.5, 1.5)
