@@ -174,9 +174,15 @@ def section_table(language: str | None = None) -> list[list[str]]:
         page = section(number)
         rows.append([
             number, page.words("", language) if page else "-", ", ".join(page.figures) or "-",
-            ", ".join(page.examples) or "-", str(len(page.errata)), ", ".join(page.exercises) or "-", _tests(page),
+            ", ".join(page.examples) or "-", str(len(page.errata)), _counts(page), _tests(page),
         ])  # fmt: skip
     return rows
+
+
+def _counts(page: SectionPage) -> str:
+    """Families of exercises of a page, each with the number of its questions."""
+    names = [one.partition(":")[0] for one in page.exercises]
+    return ", ".join(f"{name} ({names.count(name)})" for name in dict.fromkeys(names)) or "-"
 
 
 def _tests(page: SectionPage) -> str:

@@ -36,7 +36,7 @@ LEAST_ELASTICITY = 0.1
 """Least relative change of a result by that of a given, so that three digits of the one fix the other."""
 LEAST_CHANGE = 0.03
 """Least relative change of a given or a result that a question is about, six times what an answer may be wrong by."""
-_UNIT = re.compile(r"\s?(°|kg m²|N m s/rad|rad/s²|rad/s|N s/m|m/s²|m/s|N/m|N m|kg|mm|m|N|s)(?![\w/²])")
+_UNIT = re.compile(r"\s?(°|kg m²|N m s/rad|rad/s²|rad/s|N s/m|m/s²|m/s|N/m|N m|kg|mm|ms|m|N|s)(?![\w/²])")
 T = TypeVar("T")
 
 
@@ -352,7 +352,7 @@ def _find_mistake(draw: Draw, task: Task, part: Asked) -> Task:
 
 
 _INDEX: Index[Family] = Index(
-    tuple(f"exercises_of_{topic}" for topic in ("mechanisms", "motions", "robots", "chains", "control")),
+    tuple(f"exercises_of_{topic}" for topic in ("mechanisms", "motions", "robots", "arms", "control")),
     f"{AREA}.unknown",
 )
 

@@ -1,1 +1,0 @@
-"""Families of exercises for chapters 5 to 8 beside those of planar arms: frames of links, closed chains, structure."""
