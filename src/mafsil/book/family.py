@@ -12,9 +12,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -59,12 +58,14 @@ class Draw:
 
     def __init__(self, generator: np.random.Generator, level: int, changed: Mapping[int, float] | None = None) -> None:
         self._generator, self.level, self._changed = generator, level, changed or {}
-        self._before = deepcopy(generator)
+        self._before = generator.bit_generator.state
         self.givens: list[Given] = []
 
     def again(self, place: int, value: float) -> Draw:
         """The same draws, that of a place replaced."""
-        return Draw(deepcopy(self._before), self.level, {place: value})
+        source: Any = np.random.PCG64(0)
+        source.state = self._before
+        return Draw(np.random.Generator(source), self.level, {place: value})
 
     def whole(self, low: int, high: int) -> int:
         """A whole number from low to high."""
@@ -165,7 +166,7 @@ class Family:
         name = draw.choice(self.unknown)
         places = [k for k, given in enumerate(draw.givens) if self._is_given(name, k, given, draw, task)]
         for k in range(len(task.asked)) if places else ():
-            curve = Curve(partial(self._part, draw, places[0], k), task.asked[k], draw.givens[places[0]])
+            curve = Curve(cache(partial(self._part, draw, places[0], k)), task.asked[k], draw.givens[places[0]])
             if curve.is_invertible:
                 text = template(f"{AREA}.{self.number}.text", "en")
                 unit = match[1] if (match := _UNIT.match(text.partition(f"{{{name}}}")[2])) else ""
