@@ -105,7 +105,10 @@ def _week(number: int, week: dict[str, Any], language: str) -> Any:
             cells.append(_code(f'file = "{file}"\nmf.load("{Path(file).stem}").save(file)\nrobot = mf.load(file)'))
         cells.append(_code(cell["code"].strip()))
     families = [
-        family for section in week["sections"] for family in mf.book.exercises(section) if _is_of(family, section)
+        family
+        for section in week["sections"]
+        for family in mf.book.exercises(section)
+        if _is_of(family, section) and not family.endswith((": inverse", ": scaling", ": choose"))
     ]
     if families:
         asked = f"for family in {families}:\n    print(mf.book.exercise(family, seed={number}), end='\\n\\n')"

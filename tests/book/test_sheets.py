@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import time
-from itertools import islice
 from pathlib import Path
 
 import axe_core_python
@@ -46,7 +45,7 @@ def _python(part: Asked, text: str) -> list[str]:
 def test_the_page_judges_as_python_does(tmp_path: Path) -> None:
     cases: list[tuple[Asked, str]] = []
     for number in mf.book.exercises():
-        for exercise, rng in islice(exercises(6, number), 6):
+        for exercise, rng in exercises(2 if ": " in number else 6, number):
             for part in exercise.asked:
                 wrong = planted(part, rng)
                 noise = part.forms[0] + rng.normal(size=part.forms[0].size)

@@ -1,12 +1,13 @@
 """Exercises of the book at scale: right answers in every equivalent form, and planted mistakes.
 
-python tests/reliability/exercise_mistakes.py 1000       right answers and planted mistakes for each family
+python -m tests.reliability.exercise_mistakes 1000 [SECTION]     right answers and planted mistakes for each family
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from math import pi
 
 import numpy as np
@@ -41,23 +42,6 @@ def equivalent_text(part: Asked, form: Floats, rng: np.random.Generator) -> str:
     return text.translate(ARABIC) if rng.integers(2) and "e" not in text else text
 
 
-def false_alarms(count: int, number: str) -> list[str]:
-    """Right answers that are not accepted."""
-    wrong: list[str] = []
-    for exercise, rng in exercises(count, number):
-        for part in exercise.asked:
-            form = part.forms[int(rng.integers(len(part.forms)))]
-            text = (
-                rng.choice(["yes", "نعم"] if form[0] else ["no", "لا"])
-                if part.is_choice
-                else equivalent_text(part, form, rng)
-            )
-            verdict = next(v for v in exercise.check({part.name: text}) if v.part == part.name)
-            if verdict.mistake:
-                wrong.append(f"{exercise.number} seed {exercise.seed}: {part.name} = {text}: {verdict.mistake}")
-    return wrong
-
-
 def planted(part: Asked, rng: np.random.Generator) -> tuple[str, Floats] | None:
     """A mistake and the answer that it leads to: one that the family declares, or one of place."""
     choices = list(part.mistakes)
@@ -72,23 +56,51 @@ def planted(part: Asked, rng: np.random.Generator) -> tuple[str, Floats] | None:
     return choices[int(rng.integers(len(choices)))] if choices else None
 
 
-def unnamed(count: int, number: str) -> tuple[int, list[str]]:
-    """How many mistakes were planted, and those that got another name."""
-    total, missed = 0, list[str]()
+@dataclass
+class Tally:
+    """What came of the exercises of a family.
+
+    Attributes:
+        alarms: right answers that were not accepted.
+        planted: number of mistakes that were given as answers.
+        missed: those that got another name.
+    """
+
+    alarms: list[str] = field(default_factory=list[str])
+    planted: int = 0
+    missed: list[str] = field(default_factory=list[str])
+
+
+def tally(count: int, number: str) -> Tally:
+    """Right answers to every quantity, and one planted mistake, for each of many exercises of a family."""
+    result = Tally()
     for exercise, rng in exercises(count, number):
+        heading = f"{exercise.number} seed {exercise.seed}"
+        for part in exercise.asked:
+            text = right_text(part, rng)
+            if mistake := _verdict(exercise, part, text):
+                result.alarms.append(f"{heading}: {part.name} = {text}: {mistake}")
         part = exercise.asked[int(rng.integers(len(exercise.asked)))]
-        chosen = planted(part, rng)
-        if chosen is None:
-            continue
-        total += 1
-        name, form = chosen
-        moved = form if name == "degrees" else _with_turns(part, form, rng)
-        verdict = next(v for v in exercise.check({part.name: _rounded(moved)}) if v.part == part.name)
-        if verdict.mistake != name:
-            missed.append(
-                f"{exercise.number} seed {exercise.seed}: {part.name}: {name} was called {verdict.mistake or 'right'}"
-            )
-    return total, missed
+        if chosen := planted(part, rng):
+            name, form = chosen
+            given = _rounded(form if name == "degrees" else _with_turns(part, form, rng))
+            verdict = _verdict(exercise, part, given)
+            result.planted += 1
+            if verdict != name:
+                result.missed.append(f"{heading}: {part.name}: {name} was called {verdict or 'right'}")
+    return result
+
+
+def right_text(part: Asked, rng: np.random.Generator) -> str:
+    """A right answer as some student would write it."""
+    form = part.forms[int(rng.integers(len(part.forms)))]
+    if part.is_choice:
+        return str(rng.choice(["yes", "نعم"] if form[0] else ["no", "لا"]))
+    return equivalent_text(part, form, rng)
+
+
+def _verdict(exercise: Exercise, part: Asked, given: object) -> str:
+    return next(v for v in exercise.check({part.name: given}) if v.part == part.name).mistake
 
 
 def _with_turns(part: Asked, form: Floats, rng: np.random.Generator) -> Floats:
@@ -106,11 +118,12 @@ def _rounded(form: Floats) -> Floats:
 
 if __name__ == "__main__":
     size = int(sys.argv[1]) if len(sys.argv) > 1 else 100
-    alarms, sown, unnamed_total = 0, 0, 0
-    for family in mf.book.exercises():
-        false = false_alarms(size, family)
-        total, missed = unnamed(size, family)
-        alarms, sown, unnamed_total = alarms + len(false), sown + total, unnamed_total + len(missed)
-        print(f"{family:22} false alarms {len(false)} of {size}, mistakes named {total - len(missed)} of {total}")
-        print(*[f"    {line}" for line in (false + missed)[:3]], sep="\n")
-    print(f"together: {alarms} false alarms, {sown - unnamed_total} of {sown} mistakes named")
+    section = sys.argv[2] if len(sys.argv) > 2 else ""
+    tallies = {number: tally(size, number) for number in mf.book.exercises(section)}
+    for number, one in tallies.items():
+        named = f"mistakes named {one.planted - len(one.missed)} of {one.planted}"
+        print(f"{number:34} false alarms {len(one.alarms)} of {size}, {named}")
+        print(*[f"    {line}" for line in (one.alarms + one.missed)[:3]], sep="\n")
+    alarms, sown = sum(len(one.alarms) for one in tallies.values()), sum(one.planted for one in tallies.values())
+    missed = sum(len(one.missed) for one in tallies.values())
+    print(f"together: {len(tallies)} families, {alarms} false alarms, {sown - missed} of {sown} mistakes named")

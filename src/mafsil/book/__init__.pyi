@@ -1,4 +1,5 @@
 from mafsil.book.edition import SectionPage as SectionPage
+from mafsil.book.edition import find as find
 from mafsil.book.edition import section as section
 from mafsil.book.edition import sections as sections
 from mafsil.book.entry import Fact as Fact
@@ -19,7 +20,6 @@ from mafsil.book.judging import Assessment as Assessment
 from mafsil.book.remarks import Remark as Remark
 from mafsil.book.remarks import remark as remark
 from mafsil.book.remarks import remarks as remarks
-from mafsil.book.search import find as find
 from mafsil.book.sheet import Sheet as Sheet
 from mafsil.book.sheet import collect_marks as collect_marks
 from mafsil.book.sheet import sheet as sheet

@@ -1,7 +1,7 @@
-"""The edition: for each section of the source a page of idea, formula, example, figure, erratum with its proof.
+"""The edition and its search: for each section a page of idea, formula, example, figure, erratum with its proof.
 
 What stands on a page is declared in `edition.toml`, the words in the catalogue `book_pages`; sections that are only
-named there have no page yet, and say so.
+named there have no page yet, and say so. Arabic is found with and without marks, article and joined particles.
 """
 
 from __future__ import annotations
@@ -16,12 +16,14 @@ from typing import Any, ClassVar, cast
 
 from mafsil.book.entry import Entry, EntryStatus
 from mafsil.book.errata import errata, erratum
-from mafsil.book.example import example
-from mafsil.book.exercise import exercise, exercises
-from mafsil.book.figure import figure
-from mafsil.book.remarks import remark
+from mafsil.book.example import example, examples
+from mafsil.book.exercise import exercises, title_of
+from mafsil.book.family import families
+from mafsil.book.figure import figure, figures
+from mafsil.book.remarks import remark, remarks
 from mafsil.errors import InputError
-from mafsil.messages import direction, in_sentence, keys, say
+from mafsil.messages import LANGUAGES, direction, in_sentence, keys, say
+from mafsil.messages.catalogue import template
 from mafsil.toml_source import own_tables
 from mafsil.typed_number import eastern
 
@@ -112,7 +114,7 @@ class SectionPage(Entry):
         for number in self.errata:
             lines += zip(("erratum", "proof"), erratum(number).explain(language).split("\n"), strict=False)
         for number in self.exercises:
-            title = exercise(number).words("title", language)
+            title = title_of(number, language)
             lines.append(("exercise", say(f"{AREA}.see_exercise", language=language, number=number, title=title)))
         return lines
 
@@ -172,9 +174,15 @@ def section_table(language: str | None = None) -> list[list[str]]:
         page = section(number)
         rows.append([
             number, page.words("", language) if page else "-", ", ".join(page.figures) or "-",
-            ", ".join(page.examples) or "-", str(len(page.errata)), ", ".join(page.exercises) or "-", _tests(page),
+            ", ".join(page.examples) or "-", str(len(page.errata)), _counts(page), _tests(page),
         ])  # fmt: skip
     return rows
+
+
+def _counts(page: SectionPage) -> str:
+    """Families of exercises of a page, each with the number of its questions."""
+    names = [one.partition(":")[0] for one in page.exercises]
+    return ", ".join(f"{name} ({names.count(name)})" for name in dict.fromkeys(names)) or "-"
 
 
 def _tests(page: SectionPage) -> str:
@@ -185,3 +193,65 @@ def _tests(page: SectionPage) -> str:
     files += ["test_examples"] * bool(page.examples) + ["test_remarks"] * bool(page.remarks)
     files += ["test_exercises"] * bool(page.exercises) + ["test_edition"] * bool(page.errata)
     return ", ".join(dict.fromkeys(files)) or "-"
+
+
+def _family_numbers() -> list[str]:
+    return [family.number for family in families()]
+
+
+_KINDS = {
+    "section": (AREA, sections), "figure": ("book_figures", figures), "example": ("book_examples", examples),
+    "remark": ("book_remarks", remarks), "exercise": ("book_exercises", _family_numbers),
+    "erratum": ("book_errata", errata),
+}  # fmt: skip
+"""What is searched: area of the words, and numbers."""
+_PARTS = ("caption", "erratum", "text", "hint1", "hint2")
+_MARKS = re.compile("[\u0610-\u061a\u064b-\u0652\u0670\u0640]")
+_LETTERS = str.maketrans("أإآٱىةؤئ", "ااااي" + "هوي")
+_PREFIX = "(?:[وف]?(?:ال|بال|كال|لل|[بكل])?)"
+_ARTICLE = re.compile(f"^{_PREFIX}(?=[\u0600-\u06ff]{{3}})")
+
+
+def find(words: str, /) -> list[tuple[str, str, str]]:
+    """Sections, figures, examples, remarks, exercises and errata of the book that have all the words.
+
+    Args:
+        words: in Arabic or English; beginnings of words are enough.
+
+    Returns:
+        Kind, number and title in the language of the words, those with the words in the title first.
+    """
+    words = str(words)
+    sought = [_pattern(word) for word in _plain(words).split()]
+    code = "ar" if re.search("[\u0600-\u06ff]", words) else "en"
+    hits: list[tuple[bool, str, str, str]] = []
+    for (kind, number), (title, rest) in _texts(code).items() if sought else ():
+        where = [(pattern.search(_plain(title)), pattern.search(rest)) for pattern in sought]
+        if all(any(places) for places in where):
+            hits.append((not all(places[0] for places in where), kind, number, title))
+    return [(kind, number, title) for _, kind, number, title in sorted(hits, key=lambda entry: entry[0])]
+
+
+@cache
+def _texts(code: str) -> Mapping[tuple[str, str], tuple[str, str]]:
+    """Title and plain words of each entry, by kind and number."""
+    assert code in LANGUAGES
+    texts: dict[tuple[str, str], tuple[str, str]] = {}
+    for kind, (area, numbers) in _KINDS.items():
+        known = keys(code, area)
+        for number in numbers():
+            head = number if number in known else f"{number}.title"
+            rest = [template(f"{area}.{key}", code) for key in (f"{number}.{part}" for part in _PARTS) if key in known]
+            texts[kind, number] = template(f"{area}.{head}", code), _plain(" ".join([number, *rest]))
+    return texts
+
+
+def _plain(text: str) -> str:
+    """Small letters, without marks; letters that people write one for another are one."""
+    return _MARKS.sub("", text).translate(_LETTERS).lower()
+
+
+def _pattern(word: str) -> re.Pattern[str]:
+    """Finds a word that begins so, whatever particles are joined to it."""
+    stem = _ARTICLE.sub("", word)
+    return re.compile(rf"(?<!\w){_PREFIX}(?:{re.escape(word)}|{re.escape(stem)})")

@@ -161,6 +161,16 @@ def shown(value: Any) -> str:
     return f"{0.0 if abs(float(array)) < 5e-12 else float(array):.4g}"
 
 
+def matrix_text(value: Any) -> Any:
+    """Matrices as `[1 0; 0 1]`, vectors as `(1, 0)`, numbers with four digits; what speaks for itself stays."""
+    if hasattr(value, "spoken"):
+        return value
+    array = np.asarray(value)
+    if array.ndim == 2:
+        return "[" + "; ".join(" ".join(shown(item) for item in row) for row in array) + "]"
+    return value if array.dtype.kind in "biu" and not array.ndim else shown(value)
+
+
 class Index(Generic[T]):
     """Entries by number, declared in modules of the package that are imported at the first look-up.
 

@@ -9,8 +9,7 @@ from difflib import get_close_matches
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-from mafsil.book.entry import Entry, EntryStatus, Fact
-from mafsil.book.exercise import matrix_text
+from mafsil.book.entry import Entry, EntryStatus, Fact, matrix_text
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say

@@ -19,9 +19,7 @@ class Example(Entry):
     AREA: ClassVar[str] = "book_examples"
 
 
-_INDEX: Index[Callable[[], Worked]] = Index(
-    ("examples_of_mechanisms", "examples_of_robots", "remarks"), "book.unknown_example"
-)
+_INDEX: Index[Callable[[], Worked]] = Index(("worked_examples", "remarks"), "book.unknown_example")
 
 
 def works(number: str) -> Callable[[Callable[[], Worked]], Callable[[], Worked]]:

@@ -7,7 +7,7 @@ from math import exp, log, pi, sqrt
 
 import numpy as np
 
-from mafsil.book.exercise import Draw, Task, asks
+from mafsil.book.family import Draw, Task, asks
 from mafsil.book.judging import ask
 from mafsil.derivation import Derivation, derive_dynamics
 from mafsil.model.library.textbook import planar2r_point_masses
@@ -56,7 +56,7 @@ def torques(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("9.1.1 particle")
+@asks("9.1.1 particle", unknown="m a")
 def particle(draw: Draw) -> Task:
     """Force that lifts a particle, from its Lagrangian."""
     m, a = draw.number(0.5, 6.0, 0.5), draw.number(-4, 6, 0.5)
@@ -66,7 +66,7 @@ def particle(draw: Draw) -> Task:
     )
 
 
-@asks("10.2.1.1 PD gains")
+@asks("10.2.1.1 PD gains", unknown="settling")
 def pd_gains(draw: Draw) -> Task | None:
     """Gains of a PD law from damping ratio and settling time."""
     M, b = draw.choice((0.2, 0.4, 0.5, 0.8, 1.5, 2.0)), draw.number(0.1, 1.0)
@@ -86,7 +86,7 @@ def pd_gains(draw: Draw) -> Task | None:
     )  # fmt: skip
 
 
-@asks("10.2.1.1 rest error")
+@asks("10.2.1.1 rest error", unknown="m r kp")
 def rest_error(draw: Draw) -> Task:
     """Error at rest of a PD law against gravity, and the bound of Ki."""
     M, m, r = draw.number(0.2, 0.9), draw.number(0.5, 3.0, 0.5), draw.number(0.1, 0.5)
@@ -105,7 +105,7 @@ def rest_error(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("10.2.1.5 gear")
+@asks("10.2.1.5 gear", unknown="link")
 def gear(draw: Draw) -> Task:
     """Apparent inertia of a geared joint, the motor's share, the matching ratio."""
     ratio, motor, link = float(draw.choice((5, 10, 20, 50, 100))), draw.number(1, 9, 1.0) * 1e-4, draw.number(0.1, 2.0)
@@ -124,7 +124,7 @@ def gear(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("10.3 force loop")
+@asks("10.3 force loop", unknown="kfp kfi")
 def force_loop(draw: Draw) -> Task:
     """Pole and remaining error of PI force control against a rigid wall."""
     kfp, kfi, t = draw.number(0.2, 3.0), draw.number(2, 20, 1.0), draw.number(0.05, 0.6, 0.05)
@@ -138,7 +138,7 @@ def force_loop(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("11.1 cubic")
+@asks("11.1 cubic", unknown="T")
 def cubic(draw: Draw) -> Task:
     """Coefficients of a cubic from rest to rest, and its greatest velocity."""
     start, goal, T = draw.degrees(0, 45), draw.degrees(60, 150), draw.number(1, 5, 0.5)
@@ -202,7 +202,7 @@ def overshoot_to_damping(share: float) -> float:
     return -log(share) / sqrt(pi**2 + log(share) ** 2)
 
 
-@asks("10.2.1.1 overshoot")
+@asks("10.2.1.1 overshoot", unknown="peak")
 def overshoot(draw: Draw) -> Task:
     """Damping ratio and natural frequency from a measured overshoot and its time."""
     share, peak = draw.choice((5, 10, 16, 20, 25, 30, 40)), draw.number(0.2, 2.0)
@@ -239,7 +239,7 @@ def energy(draw: Draw) -> Task:
     )
 
 
-@asks("9.2 shifted inertia")
+@asks("9.2 shifted inertia", unknown="m length r")
 def shifted_inertia(draw: Draw) -> Task:
     """Inertia of a rod about its centre and about an axis away from it."""
     m, length, r = draw.number(0.5, 5, 0.5), draw.number(0.4, 2), draw.number(0.2, 1.2)
@@ -259,7 +259,7 @@ def _joint(draw: Draw) -> tuple[float, float, float, float, int]:
     return draw.number(0.2, 2), draw.number(0.5, 3), draw.number(0.1, 0.5), draw.number(-2, 2, 0.5), draw.degrees()
 
 
-@asks("9.5 acceleration")
+@asks("9.5 acceleration", unknown="tau M")
 def acceleration(draw: Draw) -> Task:
     """Acceleration of one joint from its torque."""
     M, moment, b, qd, theta = _joint(draw)
@@ -274,7 +274,7 @@ def acceleration(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("10.2.1.2 feedforward")
+@asks("10.2.1.2 feedforward", unknown="M qdd moment")
 def feedforward(draw: Draw) -> Task:
     """Torque of the model along a reference."""
     M, moment, b, qd, theta = _joint(draw)
@@ -288,7 +288,7 @@ def feedforward(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("10.2.1.3 computed torque")
+@asks("10.2.1.3 computed torque", unknown="e kp")
 def computed_torque(draw: Draw) -> Task:
     """Torque of the computed-torque law for one joint."""
     M, moment, b, qd, theta = _joint(draw)
@@ -303,7 +303,7 @@ def computed_torque(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("10.2.1.4 friction")
+@asks("10.2.1.4 friction", unknown="b")
 def friction_torque(draw: Draw) -> Task:
     """Friction at a velocity, and whether a torque starts the joint."""
     dry, static, b, rate = draw.number(0.5, 2), draw.number(2.2, 4), draw.number(0.1, 0.8), draw.number(-3, 3, 0.5)
@@ -319,7 +319,7 @@ def friction_torque(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("10.5 impedance")
+@asks("10.5 impedance", unknown="k a")
 def impedance(draw: Draw) -> Task:
     """The force of a mass, spring and damper, and its critical damping."""
     m, b, k = draw.number(1, 5, 0.5), draw.number(2, 20, 1.0), draw.number(50, 400, 10.0)
@@ -350,7 +350,7 @@ def stability(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("11.1 quintic")
+@asks("11.1 quintic", unknown="T")
 def quintic(draw: Draw) -> Task:
     """A quintic from rest to rest: greatest velocity, and the velocity at a quarter of the time."""
     d, T = draw.degrees(20, 150), draw.number(1, 5, 0.5)

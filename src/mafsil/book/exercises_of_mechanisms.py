@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.book.exercise import Draw, Task, asks
+from mafsil.book.family import Draw, Task, asks
 from mafsil.book.judging import ask
 from mafsil.grasp import Contact, Grasp, two_fingers
 from mafsil.mobility import gruebler_count
@@ -82,7 +82,7 @@ def four_contacts(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("3.3.3 two fingers")
+@asks("3.3.3 two fingers", unknown="mu")
 def two_contacts(draw: Draw) -> Task:
     """Two fingers with friction: friction angle and Nguyen's test."""
     mu, width, shift = draw.number(0.3, 1.0, 0.05), draw.number(0.4, 1.0), draw.number(-0.5, 0.5, 0.05)
@@ -102,7 +102,7 @@ def two_contacts(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("3.1 slip")
+@asks("3.1 slip", unknown="f_t f_n")
 def slip(draw: Draw) -> Task:
     """Angle of a contact force, and whether the contact slips."""
     f_t, f_n, mu = draw.number(0.5, 9, 0.5), draw.number(1, 9, 0.5), draw.number(0.2, 1.2)
@@ -116,7 +116,7 @@ def slip(draw: Draw) -> Task:
     )
 
 
-@asks("3.3.1 squeeze")
+@asks("3.3.1 squeeze", unknown="m mu")
 def squeeze(draw: Draw) -> Task:
     """Normal force of two fingers that hold a weight by friction."""
     m, mu = draw.number(0.2, 5), draw.number(0.2, 0.9, 0.05)
@@ -125,3 +125,133 @@ def squeeze(draw: Draw) -> Task:
         {"m": m, "mu": mu, "weight": m * 9.81, "half": m * 9.81 / 2, "force": force},
         [ask("squeeze", force, "N", not_halved=2 * force, no_g=force / 9.81, friction_times=m * 9.81 * mu / 2)],
     )
+
+
+@asks("2.1 points")
+def points_of_body(draw: Draw) -> Task:
+    """Independent constraints among points of a rigid body."""
+    space, count = draw.choice((2, 3)), draw.whole(5, 6 + draw.level)
+    pairs = [(i, j) for i in range(count) for j in range(i)]
+    points, rows = draw.numbers(space * count, -2, 2, 0.01).reshape(count, space), np.zeros((len(pairs), count, space))
+    for row, (i, j) in zip(rows, pairs, strict=True):
+        row[i], row[j] = points[i] - points[j], points[j] - points[i]
+    independent = int(np.linalg.matrix_rank(rows.reshape(len(pairs), -1)))
+    other = space * count - (3 if space == 3 else 6)
+    return Task(
+        {"count": count, "space": space, "coordinates": space * count, "distances": len(pairs)},
+        [ask("independent", independent, all_distances=len(pairs), other_space=other, coordinates_alone=space * count)],
+    )
+
+
+@asks("2.2.2 coordinates")
+def coordinates(draw: Draw) -> Task:
+    """Explicit and implicit coordinates of the configuration space of a chain."""
+    turning, sliding = draw.whole(2, 3 + draw.level), draw.whole(1, 2)
+    return Task(
+        {"turning": turning, "sliding": sliding, "n": turning + sliding},
+        [
+            ask("dimension", turning + sliding, circles_alone=turning, circle_as_plane=2 * turning + sliding),
+            ask("implicit", 2 * turning + sliding, circle_as_line=turning + sliding, circles_alone=2 * turning),
+        ],
+    )
+
+
+@asks("2.2.3 constraints")
+def constraints(draw: Draw) -> Task:
+    """Freedoms of position and of velocity under holonomic and nonholonomic constraints."""
+    n, holonomic, rolling = draw.whole(6, 7 + draw.level), draw.whole(1, 2), draw.whole(1, 3)
+    rates = n - holonomic - rolling
+    return Task(
+        {"n": n, "holonomic": holonomic, "rolling": rolling, "all": holonomic + rolling},
+        [
+            ask("positions", n - holonomic, rolling_as_holonomic=rates, all_coordinates=n),
+            ask("velocities", rates, rolling_left_out=n - holonomic, all_coordinates=n),
+        ],
+    )
+
+
+@asks("2.2.4 reach", unknown="L1")
+def reach(draw: Draw) -> Task | None:
+    """Radii and area of the workspace of a planar 2R arm."""
+    L1, L2 = draw.number(0.7, 1.5), draw.number(0.2, 0.6)
+    return Task(
+        {"L1": L1, "L2": L2, "outer": L1 + L2, "inner": L1 - L2},
+        [
+            ask("inner_radius", L1 - L2, "m", other_radius=L1 + L2, second_link=L2),
+            ask("reach_area", np.pi * ((L1 + L2) ** 2 - (L1 - L2) ** 2), "m²", hole_left_out=np.pi * (L1 + L2) ** 2,
+                radii_not_squared=2 * np.pi * L2),
+        ],
+    )  # fmt: skip
+
+
+@asks("3.2.1 supports")
+def supports(draw: Draw) -> Task | None:
+    """Forces of two frictionless supports under a weight."""
+    weight, a, b = draw.number(10, 90, 5.0), draw.number(0.1, 0.9), draw.number(0.1, 0.9)
+    if a == b:
+        return None
+    F = np.asarray(Grasp([Contact([x, 0.0], [0.0, 1.0]) for x in (0.0, a + b)]).matrix())
+    x = np.linalg.lstsq(F, [a * weight, 0.0, weight], rcond=None)[0]
+    return Task(
+        {"weight": weight, "a": a, "b": b, "span": a + b, "x": x},
+        [ask("supports", x, "N", arms_swapped=x[::-1], halves=[weight / 2, weight / 2])],
+    )
+
+
+@asks("3.2.3 hull")
+def hull(draw: Draw) -> Task | None:
+    """The combination of three forces that is zero, and whether the origin lies inside their hull."""
+    f = draw.numbers(6, -3, 3, 0.5).reshape(3, 2)
+    rows = np.vstack([f.T, np.ones(3)])
+    if abs(np.linalg.det(rows)) < 1 or min(abs(np.linalg.det(f[[i, j]])) for i, j in ((0, 1), (0, 2), (1, 2))) < 1:
+        return None
+    weights = np.linalg.solve(rows, [0.0, 0.0, 1.0])
+    return Task(
+        {"f1": f[0], "f2": f[1], "f3": f[2], "weights": weights},
+        [
+            ask("weights", weights, not_normalised=weights / weights[2], cyclic=np.roll(weights, 1)),
+            ask("inside", bool((weights > 0).all())),
+        ],
+    )
+
+
+@asks("3.2.4 elimination", unknown="d")
+def elimination(draw: Draw) -> Task | None:
+    """One step of elimination."""
+    a, b, c, d = draw.number(1, 6, 1.0), draw.number(1, 6, 1.0), draw.number(-6, 6, 1.0), draw.number(1, 9, 1.0)
+    reduced = d - c / a * b
+    return None if abs(reduced) < 0.5 or a == abs(c) else Task(
+        {"a": a, "b": b, "c": c, "d": d, "ratio": c / a, "reduced": reduced},
+        [
+            ask("multiplier", c / a, reciprocal=a / c, quotient_left_out=c),
+            ask("reduced", reduced, term_sign=d + c / a * b, reciprocal=d - a / c * b),
+        ],
+    )  # fmt: skip
+
+
+@asks("3.3.2 edges")
+def edges(draw: Draw) -> Task:
+    """Wrenches of the two edges of a friction cone."""
+    mu, (x, y) = draw.number(0.2, 0.9, 0.05), draw.numbers(2, -1, 1)
+    wrenches = np.array([[x - s * y, s, 1.0] for s in (mu * 1.0, -mu)])
+    half = np.array([[x - s * y, s, 1.0] for s in (np.arctan(mu), -np.arctan(mu))])
+    return Task(
+        {"mu": mu, "p": [x, y], "w1": wrenches[0], "w2": wrenches[1]},
+        [ask("edge_wrenches", wrenches, unordered=True, cross_order=wrenches * [-1, 1, 1],
+             moment_last=wrenches[:, [1, 2, 0]], angle_for_tangent=half)],
+    )  # fmt: skip
+
+
+@asks("3.3.4 plane")
+def plane(draw: Draw) -> Task | None:
+    """The plane of three contacts."""
+    a, b, c = draw.numbers(9, -1, 1).reshape(3, 3)
+    normal = np.cross(b - a, c - a)
+    if np.linalg.norm(normal) < 0.3:
+        return None
+    unit, between = normal / np.linalg.norm(normal), b + c - 2 * a
+    return Task(
+        {"a": a, "b": b, "c": c, "ab": b - a, "ac": c - a, "cross": normal},
+        [ask("normal", unit, twin=np.negative, not_unit=normal, edges_added=between / np.linalg.norm(between),
+             points_for_edges=np.cross(b, c))],
+    )  # fmt: skip

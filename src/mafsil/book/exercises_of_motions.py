@@ -7,9 +7,10 @@ from math import pi
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.book.exercise import Draw, Task, asks
+from mafsil.book.family import Draw, Task, asks
 from mafsil.book.judging import ask
 from mafsil.geometry import Pose, Rotation, ScrewAxis, Twist, Wrench, planar
+from mafsil.geometry.matrix_exponential import exponential as matrix_exponential
 
 AXES = ((1, 2, 2), (2, -1, 2), (-2, 2, 1), (2, 3, 6), (6, -2, 3), (1, -4, 8))
 """Vectors of whole length."""
@@ -248,7 +249,7 @@ def point(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("4.3.3.2 pitch")
+@asks("4.3.3.2 pitch", unknown="theta")
 def pitch(draw: Draw) -> Task:
     """Pitch and a point of the axis of a pose turned about z."""
     theta, p = draw.degrees(20, 150), draw.numbers(3, -1.5, 1.5)
@@ -293,3 +294,27 @@ def body_rate(draw: Draw) -> Task:
         {"axis": axis.lower(), "theta": theta, "w": w, "R": R, "Rt": R.T},
         [ask("omega_b", R.T @ w, transposed=R @ w, not_turned=w)],
     )
+
+
+@asks("4.2.1 third column")
+def third_column(draw: Draw) -> Task:
+    """The third column of a rotation matrix from the first two."""
+    R = _about("ZYX", np.radians([draw.degrees(20, 150), draw.degrees(20, 75), draw.degrees(20, 150)]))
+    x, y, z = R.T
+    return Task(
+        {"x": x, "y": y, "z": z},
+        [ask("column", z, cross_order=np.cross(y, x), row_for_column=R[2], columns_added=x + y)],
+    )
+
+
+@asks("4.2.5.1 oscillator")
+def oscillator(draw: Draw) -> Task:
+    """State of a linear differential equation after a time."""
+    w, t, x0 = draw.number(0.5, 3, 0.5), draw.number(0.2, 1.5), draw.numbers(2, -2, 2, 0.5)
+    A = np.array([[0.0, 1.0], [-w * w, 0.0]])
+    return Task(
+        {"A": A, "w": w, "t": t, "x0": x0, "c": np.cos(w * t), "s": np.sin(w * t), "E": matrix_exponential(A, t)},
+        [ask("state", matrix_exponential(A, t) @ x0, first_order=x0 + t * A @ x0,
+             time_reversed=matrix_exponential(A, -t) @ x0, transposed=matrix_exponential(A, t).T @ x0,
+             entrywise=np.exp(A * t) @ x0)],
+    )  # fmt: skip

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.book.exercise import Draw, Task, asks
+from mafsil.book.family import Draw, Task, asks
 from mafsil.book.judging import ask
 from mafsil.derivation import Derivation
 from mafsil.mobility import FourBar
@@ -354,7 +354,7 @@ def body_twist(draw: Draw) -> Task:
     )  # fmt: skip
 
 
-@asks("7.1.3 polar arm")
+@asks("7.1.3 polar arm", unknown="a")
 def polar_arm(draw: Draw) -> Task:
     """Heading, elevation and stroke of an arm with a prismatic joint in the place of the elbow."""
     p, h, a = draw.numbers(3, -1.5, 1.5), draw.number(0.3, 0.9), draw.number(0.1, 0.4)

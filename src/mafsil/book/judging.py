@@ -86,19 +86,23 @@ class Asked:
 
     def is_like(self, given: Floats, form: Floats) -> NDArray[np.bool_]:
         """Which entries of an answer are those of a form."""
-        apart = given - form
-        apart = np.where(self.turns > 0, (apart + pi) % (2 * pi) - pi, apart)
-        length = np.abs(form[self.turns == 0]).max(initial=1e-6)
-        near = np.where(self.turns > 0, np.maximum(np.abs(form) / pi, 1.0), length)
-        return np.abs(apart) <= (1e-9 if self.is_exact else NEAR * near)
+        return np.array(list(self._likeness(given, form)), dtype=np.bool_)
+
+    def _likeness(self, given: Floats, form: Floats) -> Iterator[bool]:
+        """Entry by entry, so that a comparison ends at the first that differs."""
+        turns = self.turns.tolist()
+        right = form.tolist()
+        length = max((abs(x) for x, turn in zip(right, turns, strict=True) if not turn), default=0.0)
+        for x, y, turn in zip(given.tolist(), right, turns, strict=True):
+            apart = (x - y + pi) % (2 * pi) - pi if turn else x - y
+            near = NEAR * (max(abs(y) / pi, 1.0) if turn else max(length, 1e-6))
+            yield abs(apart) <= (1e-9 if self.is_exact else near)
 
     def matches(self, given: Floats, form: Floats) -> bool:
         """Whether an answer is a form, its rows in any order where the order says nothing."""
         if given.size != form.size:
             return False
-        return (
-            len(self.rows_of(given, form)) == self.shape[0] if self.unordered else bool(self.is_like(given, form).all())
-        )
+        return len(self.rows_of(given, form)) == self.shape[0] if self.unordered else all(self._likeness(given, form))
 
     def rows_of(self, given: Floats, form: Floats) -> list[int]:
         """Rows of a form that an answer has, each once."""
@@ -107,7 +111,7 @@ class Asked:
         whole, taken = form.reshape(-1, width), list[int]()
         one = replace(self, shape=(width,), turns=self.turns[:width])
         for row in rows:
-            new = next((k for k, right in enumerate(whole) if k not in taken and one.is_like(row, right).all()), None)
+            new = next((k for k, right in enumerate(whole) if k not in taken and all(one._likeness(row, right))), None)
             taken += [] if new is None else [new]
         return taken
 

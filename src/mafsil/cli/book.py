@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import mafsil.book as book_of
+from mafsil.book.exercise import title_of
 from mafsil.book.sheet import marks_csv, read_students
 from mafsil.cli.answer import PLAIN, Answer, Toned, draw_picture, require_kind
 from mafsil.cli.state import count
@@ -98,7 +99,10 @@ def _find(words: str) -> Answer:
 def _entries(what: str | None) -> Answer:
     """Numbers and titles."""
     kinds = _OPEN if what is None else (what,)
-    titles = {kind: {each: _OPEN[kind](each).title for each in _LISTS[kind]()} for kind in kinds}
+    titles = {
+        kind: {each: title_of(each) if kind == "exercise" else _OPEN[kind](each).title for each in _LISTS[kind]()}
+        for kind in kinds
+    }
     rows = [[kind, each, title] for kind, entries in titles.items() for each, title in entries.items()]
     return Answer(titles, tuple(_list_lines(rows)))
 
