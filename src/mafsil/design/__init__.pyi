@@ -14,11 +14,13 @@ from mafsil.design.drives import DriveChoice as DriveChoice
 from mafsil.design.drives import fit_drives as fit_drives
 from mafsil.design.drives import pick_drives as pick_drives
 from mafsil.design.elastic import FlexibleArm as FlexibleArm
-from mafsil.design.payload_map import PayloadMap as PayloadMap
-from mafsil.design.payload_map import payload_map as payload_map
 from mafsil.design.search import Front as Front
 from mafsil.design.search import FrontPoint as FrontPoint
 from mafsil.design.search import optimise as optimise
+from mafsil.design.slices import PayloadMap as PayloadMap
+from mafsil.design.slices import ReachMap as ReachMap
+from mafsil.design.slices import payload_map as payload_map
+from mafsil.design.slices import reach_map as reach_map
 from mafsil.design.tasks import Evaluation as Evaluation
 from mafsil.design.tasks import TaskSet as TaskSet
 from mafsil.design.tasks import evaluate as evaluate
