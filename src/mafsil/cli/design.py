@@ -110,7 +110,7 @@ def design(
         values: NAME=VALUE of parameters.
         catalogue: CSV or TOML file of drives.
         seed: of the random numbers, as typed.
-        out: file for the robot, of any format that is written; of `payload` and `reach` a picture, of `report` the page.
+        out: file for the robot in any format; of `payload` and `reach` a picture, of `report` the page.
 
     Raises:
         MafsilError: no such file, a missing table, numbers out of range.
