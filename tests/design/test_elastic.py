@@ -13,7 +13,7 @@ from mafsil.design import FlexibleArm, ParametricArm, Tube
 
 L, OUTER, WALL, g = 0.8, 0.08, 0.004, 9.81
 TUBE = {"outer": OUTER, "wall": WALL, "material": "steel"}
-SECTION = Tube(OUTER, WALL, mf.design.arm.MATERIALS["steel"])
+SECTION = Tube(OUTER, WALL, mf.design.parts.MATERIALS["steel"])
 E, G, I, A = SECTION.material.young, SECTION.material.shear, SECTION.second_moment, SECTION.area
 LINE = SECTION.material.density * A
 

@@ -240,6 +240,7 @@ CALLS = (
     "backlash=0.01)",
     "mf.design.optimise(arm=FAMILY, tasks=CHORE, goals=['mass'], limits={'mass': 9.0}, population=5, generations=1)",
     "mf.design.payload_map(design='puma560', at=0.1, cell=0.5, rpy=[[3.0, 0.0, 0.0]])",
+    "mf.design.reach_map(design=R2, plane='xy', at=0.1, cell=0.5, rpy=[[3.0, 0.0, 0.0]])",
     # trajectory
     "trajectory.bspline(control_points=[[0.0], [1.0], [2.0], [1.0]], duration=1.0)",
     "trajectory.cartesian_line(robot=R6, q_start=Q6, T_goal=LINE6, duration=2.0, tolerance=1e-6)",

@@ -32,7 +32,7 @@ ELSEWHERE = {
         "EnergyCertificate SlidingCertificate Interaction RenderedImpedance Suitability"
     ),
     "tests/derivation": "Derivation Review",
-    "tests/design": "Accuracy Allocation DriveChoice Evaluation Front PayloadMap",
+    "tests/design": "Accuracy Allocation DriveChoice Evaluation Front PayloadMap ReachMap",
     "tests/grasp": "GraspQuality SecondOrderClosure MethodResult GraspPlan Robustness",
     "tests/identification": "Identification Payload",
     "tests/ik": "ParametricSolutions Place Continuation PlanarReach ArmStructure",

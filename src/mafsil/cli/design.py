@@ -24,6 +24,7 @@ from mafsil.design import (
     optimise,
     payload_map,
     pick_drives,
+    reach_map,
 )
 from mafsil.design.tasks import cycle_motion
 from mafsil.errors import FileError, InputError
@@ -35,10 +36,11 @@ from mafsil.toml_source import read_toml
 
 Reply: TypeAlias = tuple[dict[str, Any], list[str], bool, Robot]
 """Data, lines, whether the answer is yes, and the robot that `--out` writes."""
-TABLES = ("arm", "tasks", "tolerances", "costs", "search", "payload")
+TABLES = ("arm", "tasks", "tolerances", "costs", "search", "payload", "reach")
 TOLERANCES = tuple(Tolerances.__dataclass_fields__)
-PAGES = ("payload", "report")
+PAGES = ("payload", "reach", "report")
 """Questions whose `--out` is no robot, but a picture or a page."""
+SLICE = ("plane", "at", "cell", "rpy")
 SAMPLES = 10_000
 """Arms with drawn errors that the first order is held against."""
 
@@ -103,12 +105,12 @@ def design(
     """One of the questions about a parametric arm.
 
     Args:
-        what: `tasks`, `report`, `payload`, `accuracy`, `allocate`, `drives`, `search` or `robot`.
-        file: TOML with `[arm]`, and `[tasks]`, `[payload]`, `[tolerances]`, `[costs]`, `[search]` as needed.
+        what: `tasks`, `report`, `payload`, `reach`, `accuracy`, `allocate`, `drives`, `search` or `robot`.
+        file: TOML with `[arm]`, and `[tasks]`, `[payload]`, `[reach]`, `[tolerances]`, `[costs]`, `[search]` as needed.
         values: NAME=VALUE of parameters.
         catalogue: CSV or TOML file of drives.
         seed: of the random numbers, as typed.
-        out: file for the robot, of any format that is written; of `payload` for a picture, of `report` for the page.
+        out: file for the robot in any format; of `payload` and `reach` a picture, of `report` the page.
 
     Raises:
         MafsilError: no such file, a missing table, numbers out of range.
@@ -123,7 +125,7 @@ def design(
     if arm is None:
         raise FileError("design.no_part", path=file, name="arm")
     chosen = dict(_value(word) for word in values or [])
-    if what == "payload" and out is not None:
+    if what in ("payload", "reach") and out is not None:
         require_kind(out, PLAIN)
     given = _File(file, tables, arm.at(**chosen), 0 if seed is None else count("--seed", seed), catalogue, out)
     data, lines, answer, robot = QUESTIONS[what](given, arm)
@@ -207,13 +209,21 @@ def _robot(given: _File, arm: ParametricArm) -> Reply:
 
 def _payload(given: _File, arm: ParametricArm) -> Reply:
     """What it holds over the slice of `[payload]`, and a picture of it."""
-    entries = _known(given, "payload", ("plane", "at", "cell", "rpy", "centre"))
-    held = payload_map(given.design, **entries)
-    reply = _shown(held, given.design.robot)
-    if given.out is not None:
-        from mafsil.figures.workspace_slice import plot_payload_map
+    held = payload_map(given.design, **_known(given, "payload", (*SLICE, "centre")))
+    return _drawn(given, held, "plot_payload_map")
 
-        reply[1].append(draw_picture(lambda path: plot_payload_map(held, path), given.out, reply[0]))
+
+def _reach(given: _File, arm: ParametricArm) -> Reply:
+    """Where the tool gets in the slice of `[reach]`, its voids, and a picture of it."""
+    return _drawn(given, reach_map(given.design, **_known(given, "reach", SLICE)), "plot_reach_map")
+
+
+def _drawn(given: _File, values: Any, plot: str) -> Reply:
+    reply = _shown(values, given.design.robot)
+    if given.out is not None:
+        import mafsil.figures as figures
+
+        reply[1].append(draw_picture(lambda path: getattr(figures, plot)(values, path), given.out, reply[0]))
     return reply
 
 
@@ -242,5 +252,5 @@ def _known(given: _File, name: str, known: tuple[str, ...] = TOLERANCES) -> dict
 QUESTIONS: dict[str, Callable[[_File, ParametricArm], Reply]] = {
     "robot": _robot, "tasks": _tasks, "accuracy": _accuracy, "allocate": _allocate, "drives": _drives,
     "search": _search, "payload": _payload,
-    "report": _report,
+    "reach": _reach, "report": _report,
 }  # fmt: skip

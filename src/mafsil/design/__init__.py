@@ -1,7 +1,7 @@
 """Design of arms: parametric arms, accuracy from tolerances, answers for a set of tasks, choice of drives, search.
 
-call      mafsil design; mf.design.ParametricArm, evaluate, accuracy, allocate, pick_drives, payload_map, optimise
-computed  `arm`, `family`, `elastic`, `accuracy`, `allocation`, `tasks`, `payload_map`, `catalogue`, `drives`, `search`
+call      mafsil design; mf.design.ParametricArm, evaluate, accuracy, pick_drives, payload_map, reach_map, optimise
+computed  `arm`, `family`, `elastic`, `accuracy`, `allocation`, `tasks`, `slices`, `parts`, `drives`, `search`
 tested    tests/design
 """
 

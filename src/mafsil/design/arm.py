@@ -33,14 +33,15 @@ from typing import Any, cast
 
 import numpy as np
 
-from mafsil.arrays import Floats, Vector3, frozen, not_negative, number, positive
+from mafsil.arrays import Floats, frozen, number
+from mafsil.design.parts import MATERIALS, Drive, Tube
 from mafsil.errors import FileError, InputError
 from mafsil.fields import check_fields
 from mafsil.mechanics.inertial_parameters import inertial_of, parameters_of
-from mafsil.model import Inertial, Link, Mechanism
+from mafsil.model import Link, Mechanism
 from mafsil.model.link import OUTLINE, Capsule, Shape
 from mafsil.model.loading import RobotLike
-from mafsil.model.placement import frame_along, turned_tensor
+from mafsil.model.placement import frame_along
 from mafsil.model.table.building import mechanism_of
 from mafsil.model.table.reading import table_of
 from mafsil.robot import Robot, as_robot
@@ -50,102 +51,6 @@ NAMES = ("name", "link", "kind", "material")
 """Keys of a joint whose texts are no formulas."""
 SHORTEST = 1e-9
 """Length [m] below which a link has no tube."""
-
-
-@dataclass(frozen=True, slots=True)
-class Material:
-    """What a tube is made of.
-
-    Attributes:
-        density: [kg/m^3].
-        young, shear: moduli [Pa].
-        expansion: of a length, per kelvin [1/K].
-    """
-
-    density: float
-    young: float
-    shear: float
-    expansion: float
-    __post_init__ = check_fields(density=positive, young=positive, shear=positive, expansion=number)
-
-
-MATERIALS = {
-    "aluminium": Material(2700.0, 69e9, 26e9, 23.1e-6),
-    "steel": Material(7850.0, 206e9, 80e9, 12.0e-6),
-    "titanium": Material(4430.0, 114e9, 44e9, 8.6e-6),
-    "carbon": Material(1600.0, 70e9, 5e9, 1.0e-6),
-}
-"""Handbook values: EN AW-6082, structural steel, Ti-6Al-4V; carbon fibre of mostly axial lay in epoxy, which varies."""
-
-
-@dataclass(frozen=True, slots=True)
-class Tube:
-    """A round tube as section of a link.
-
-    Attributes:
-        outer, wall: diameter and thickness [m].
-        material: what it is made of.
-    """
-
-    outer: float
-    wall: float
-    material: Material = MATERIALS["aluminium"]
-    _numbers = check_fields(outer=positive, wall=positive)
-
-    def __post_init__(self) -> None:
-        self._numbers()
-        if 2.0 * self.wall > self.outer:
-            raise InputError("input.range", name="wall", value=self.wall, low=0.0, high=self.outer / 2.0)
-
-    @property
-    def area(self) -> float:
-        """Of the section [m^2]."""
-        return pi * self.wall * (self.outer - self.wall)
-
-    @property
-    def section(self) -> str:
-        """Outer diameter and wall as drawings give them."""
-        return f"{1e3 * self.outer:.4g} x {1e3 * self.wall:.4g} mm"
-
-    @property
-    def second_moment(self) -> float:
-        """Of the area about a diameter [m^4]; the polar one is twice as large."""
-        return pi / 64.0 * (self.outer**4 - (self.outer - 2.0 * self.wall) ** 4)
-
-    def inertial(self, end: Vector3) -> Inertial:
-        """Mass properties of the tube from the origin to `end` (3,)."""
-        length = float(np.linalg.norm(end))
-        mass, polar = self.material.density * self.area * length, 2.0 * self.second_moment / self.area
-        across = mass * (polar / 2.0 + length**2 / 12.0)
-        R = frame_along(end / length)
-        return Inertial(mass, frozen(end / 2.0), turned_tensor(np.diag([across, across, mass * polar]), R))
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """Motor, gear and bearing of a joint as a body.
-
-    Attributes:
-        mass: [kg].
-        radius, length: of the cylinder about the joint's axis [m].
-        stiffness: of the gear, seen at the joint; infinite for a rigid one [N m/rad | N/m].
-    """
-
-    mass: float = 0.0
-    radius: float = 0.0
-    length: float = 0.0
-    stiffness: float = inf
-    __post_init__ = check_fields(
-        mass=not_negative, radius=not_negative, length=not_negative,
-        stiffness=lambda name, value: inf if value == inf else positive(name, value),
-    )  # fmt: skip
-
-    def parameters(self, R: Floats, p: Vector3, axis: Vector3) -> Floats:
-        """(10,) inertial parameters in the frame in which the joint's frame has the pose (R, p)."""
-        across = self.mass * (self.radius**2 / 4.0 + self.length**2 / 12.0)
-        own = np.diag([across, across, self.mass * self.radius**2 / 2.0])
-        turned = turned_tensor(own, R @ frame_along(axis))
-        return parameters_of(Inertial(self.mass, frozen(p), turned))
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,17 +103,22 @@ class ArmDesign:
         return np.array([inf if drive is None else drive.stiffness for drive in self.drives])
 
     @property
+    def effort(self) -> Floats:
+        """(n,) limits of the joints; infinite where there are none [N m | N]."""
+        return np.asarray(self.robot.limits.effort)
+
+    @property
     def mass(self) -> float:
         """Of all links, the base's too [kg]."""
         return sum((link.inertial.mass for link in self.robot.mechanism.links if link.inertial is not None), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class ParametricArm:
-    """A family of arms.
+class Family:
+    """Robots that differ in the values of parameters.
 
     Attributes:
-        table: keys of a robot table, with formulas.
+        table: plain data with formulas.
         parameters: by name; those with bounds are free.
         name: of the file, for sentences.
     """
@@ -217,38 +127,13 @@ class ParametricArm:
     parameters: Mapping[str, Parameter]
     name: str = "<table>"
 
-    @classmethod
-    def of(cls, source: Mapping[str, Any] | str | PathLike[str]) -> ParametricArm:
-        """The arm of a TOML file, or of the same keys in a dictionary.
-
-        Args:
-            source: with `parameters`, `convention` and `joint` (in a file of a design: under `arm`).
-
-        Raises:
-            FileError: no such file, an unknown key, a value of the wrong kind, a formula that is none.
-            ModelError: the numbers make no arm.
-        """
-        name = "<table>" if isinstance(source, Mapping) else str(source)
-        table = dict(source if isinstance(source, Mapping) else read_toml(source))
-        inner = table.get("arm", table)
-        if not isinstance(inner, Mapping):
-            raise FileError("design.no_part", path=name, name="arm")
-        table = dict(cast("Mapping[str, Any]", inner))
-        given = table.pop("parameters", {})
-        if not isinstance(given, Mapping):
-            raise FileError("design.parameters", path=name)
-        found = {key: _parameter(name, key, value) for key, value in cast("Mapping[str, Any]", given).items()}
-        arm = cls(table, found, name)
-        arm.at()
-        return arm
-
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the parameters that have a range."""
         return tuple(name for name, each in self.parameters.items() if each.low < each.high)
 
-    def at(self, **values: float) -> ArmDesign:
-        """The design with these values; the others have their usual ones.
+    def choose(self, values: Mapping[str, float]) -> dict[str, float]:
+        """All values, those that are not given being the usual ones.
 
         Raises:
             InputError: an unknown parameter, a value that is no number or out of its bounds.
@@ -261,14 +146,58 @@ class ParametricArm:
             chosen[name], bounds = number(name, value), self.parameters[name]
             if not bounds.low <= chosen[name] <= bounds.high:
                 raise InputError("input.range", name=name, value=value, low=bounds.low, high=bounds.high)
-        return self._build(chosen)
+        return chosen
+
+
+def read_family(
+    source: Mapping[str, Any] | str | PathLike[str], part: str
+) -> tuple[dict[str, Any], dict[str, Parameter], str]:
+    """Table, parameters and name of a family in a TOML file, there under `part` if it has that, or in a dictionary."""
+    name = "<table>" if isinstance(source, Mapping) else str(source)
+    table = dict(source if isinstance(source, Mapping) else read_toml(source))
+    inner = table.get(part, table)
+    if not isinstance(inner, Mapping):
+        raise FileError("design.no_part", path=name, name=part)
+    table = dict(cast("Mapping[str, Any]", inner))
+    given = table.pop("parameters", {})
+    if not isinstance(given, Mapping):
+        raise FileError("design.parameters", path=name)
+    return table, {key: _parameter(name, key, value) for key, value in cast("Mapping[str, Any]", given).items()}, name
+
+
+@dataclass(frozen=True, eq=False)
+class ParametricArm(Family):
+    """A family of arms; its table is a robot table with formulas."""
+
+    @classmethod
+    def of(cls, source: Mapping[str, Any] | str | PathLike[str]) -> ParametricArm:
+        """The arm of a TOML file, or of the same keys in a dictionary.
+
+        Args:
+            source: with `parameters`, `convention` and `joint` (in a file of a design: under `arm`).
+
+        Raises:
+            FileError: no such file, an unknown key, a value of the wrong kind, a formula that is none.
+            ModelError: the numbers make no arm.
+        """
+        arm = cls(*read_family(source, "arm"))
+        arm.at()
+        return arm
+
+    def at(self, **values: float) -> ArmDesign:
+        """The design with these values; the others have their usual ones.
+
+        Raises:
+            InputError: an unknown parameter, a value that is no number or out of its bounds.
+        """
+        return self._build(self.choose(values))
 
     def robot(self, **values: float) -> Robot:
         """The robot with these values of the parameters; the others have their usual ones."""
         return self.at(**values).robot
 
     def _build(self, values: Mapping[str, float]) -> ArmDesign:
-        table = cast("dict[str, Any]", _numbers_in(deepcopy(dict(self.table)), values, self.name))
+        table = cast("dict[str, Any]", numbers_in(deepcopy(dict(self.table)), values, self.name))
         joints = table.get("joint", [])
         joints = cast("list[Any]", joints) if isinstance(joints, list) else []
         parts = [
@@ -307,7 +236,7 @@ def _parameter(path: str, name: str, given: Any) -> Parameter:
         value = _real(path, place, given)
         return Parameter(value, value, value)
     entries = cast("Mapping[str, Any]", given)
-    _require_keys(path, place, entries, ("value", "low", "high"), ("value",))
+    require_keys(path, place, entries, ("value", "low", "high"), ("value",))
     value = _real(path, place, entries["value"])
     return Parameter(value, *(_real(path, place, entries.get(end, value)) for end in ("low", "high")))
 
@@ -321,7 +250,7 @@ def _part(kind: type[Any], joint: dict[str, Any], key: str, k: int, path: str) -
     if not isinstance(given, dict):
         raise FileError("design.no_table", path=path, place=place)
     entries = cast("dict[str, Any]", given)
-    _require_keys(path, place, entries, names, ("outer", "wall") if kind is Tube else ())
+    require_keys(path, place, entries, names, ("outer", "wall") if kind is Tube else ())
     material = entries.pop("material", None)
     if material is not None and material not in MATERIALS:
         raise FileError("design.material", path=path, place=place, value=material, known=", ".join(MATERIALS))
@@ -331,7 +260,12 @@ def _part(kind: type[Any], joint: dict[str, Any], key: str, k: int, path: str) -
     return kind(**found)
 
 
-def _require_keys(path: str, place: str, given: Mapping[str, Any], known: Sequence[str], needed: Sequence[str]) -> None:
+def require_keys(path: str, place: str, given: Mapping[str, Any], known: Sequence[str], needed: Sequence[str]) -> None:
+    """Refuse tables with unknown keys, or without some that are needed.
+
+    Raises:
+        FileError: such a table.
+    """
     for name in given:
         if name not in known:
             raise FileError("design.unknown_key", path=path, place=f"{place}.{name}", known=", ".join(known))
@@ -346,17 +280,17 @@ def _real(path: str, place: str, value: Any) -> float:
     return float(value)
 
 
-def _numbers_in(value: Any, names: Mapping[str, float], path: str, place: str = "") -> Any:
+def numbers_in(value: Any, names: Mapping[str, float], path: str, place: str = "") -> Any:
     """Plain data with formulas replaced by their values: texts of joints, base, tool and home, but for names."""
     if isinstance(value, dict):
         entries = cast("dict[str, Any]", value)
         return {
             key: inner if key in NAMES or (not place and key not in ("joint", "base", "tool", "home"))
-            else _numbers_in(inner, names, path, f"{place}.{key}" if place else key)
+            else numbers_in(inner, names, path, f"{place}.{key}" if place else key)
             for key, inner in entries.items()
         }  # fmt: skip
     if isinstance(value, list):
-        return [_numbers_in(inner, names, path, f"{place}[{k}]") for k, inner in enumerate(cast("list[Any]", value))]
+        return [numbers_in(inner, names, path, f"{place}[{k}]") for k, inner in enumerate(cast("list[Any]", value))]
     if not isinstance(value, str):
         return value
     try:

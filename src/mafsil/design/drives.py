@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, frozen, not_negative, single, spread, whole
-from mafsil.design.arm import ArmDesign, Drive, ParametricArm
-from mafsil.design.catalogue import Catalogue
+from mafsil.design.arm import ArmDesign, ParametricArm
 from mafsil.design.family import ArmNumbers
+from mafsil.design.parts import Catalogue, Drive
 from mafsil.design.tasks import TaskSet
 from mafsil.errors import InputError
 from mafsil.messages import say

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, not_negative, single, whole
-from mafsil.design.arm import SHORTEST, ArmDesign, Tube
+from mafsil.design.arm import SHORTEST, ArmDesign
+from mafsil.design.parts import Tube
 from mafsil.mechanics.inertial_parameters import inertial_of, parameters_of
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.mechanics.textbook import Textbook

@@ -17,6 +17,7 @@ import numpy as np
 import mafsil.kernels as kernels
 from mafsil.arrays import Floats, JointVector, PoseMatrix, frozen
 from mafsil.errors import InputError
+from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.lazy_module import lazily
@@ -41,6 +42,8 @@ REACHED = 1e-9
 """Error of the tool that counts as none [m | rad]."""
 STRETCH = 0.5
 """Largest joint motion of a step of that search [rad | m]."""
+SWEEPS, SETTLED, EXTENT_STARTS = 400, 1e-13, 12
+"""Rounds over all joints of the search for extreme distances, the share of a distance whose change ends it, starts."""
 Kinds = tuple[tuple[str, float], ...]
 """Kind and pitch of each joint."""
 
@@ -112,6 +115,21 @@ class ArmNumbers:
         first = ArmNumbers(self.kinds, self.places.reshape(-1, self.n + 1, 4, 4)[0], *(np.zeros(0),) * 3)
         J = first.pose_and_jacobian(q)[1][:, 0 if with_turns else 3 :]
         return int(np.linalg.matrix_rank(J, tol=RANK * np.abs(J).max()).max())
+
+    @property
+    def shoulder(self) -> Floats:
+        """(..., 3) where the common perpendicular of the first two axes stands on the first one, in {s} [m].
+
+        Of parallel axes it is where the second joint's origin is seen from the first axis.
+        """
+        first, second = self.places[..., 0, :, :], self.places[..., 1, :, :]
+        p, z = second[..., :3, 3], second[..., :3, 2]
+        lean = z[..., 2]
+        across = 1.0 - lean**2
+        height = np.where(
+            across > RANK, (p[..., 2] - lean * (p * z).sum(axis=-1)) / np.maximum(across, RANK), p[..., 2]
+        )
+        return np.asarray(first[..., :3, 3] + height[..., None] * first[..., :3, 2])
 
     def pose_and_jacobian(self, q: JointVector) -> tuple[PoseMatrix, Floats]:
         """T_st (..., 4, 4) and body Jacobian (..., 6, n) at q (..., n)."""
@@ -186,6 +204,95 @@ def configurations(
         order = np.argsort(value, kind="stable")
         q[s[order], p[order]], best[s[order], p[order]] = here[order], value[order]
     return q
+
+
+def reach_and_void(arms: ArmNumbers, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
+    """(S,) largest and least distance of the tool from the shoulder of S arms that was found [m].
+
+    Args:
+        arms: (S,) of them.
+        lower, upper: (S, n) bounds of the joints.
+    """
+    found = (
+        extreme_distances(arms, arms.shoulder, lower, upper, farthest=farthest, starts=EXTENT_STARTS)[0]
+        for farthest in (True, False)
+    )
+    far, near = found
+    return far, near
+
+
+def extreme_distances(
+    arms: ArmNumbers, points: Floats, lower: Floats, upper: Floats, *, farthest: bool, starts: int, seed: int = 0,
+    enough: float = 0.0, settled: float = SETTLED,
+) -> tuple[Floats, JointVector]:  # fmt: skip
+    """How near to points the tool of arms comes, or how far away: (S,) distances [m] and (S, n) configurations.
+
+    With all other joints still, the square of the distance is a + b cos q + c sin q of a revolute joint and a parabola
+    of a prismatic one: each joint in turn goes to its exact extremum between its limits, from seeded starts.
+
+    Args:
+        arms: (S,) of them, or one for all points.
+        points: (S, 3) in {s}.
+        lower, upper: (S, n) or (n,) bounds of the joints.
+        farthest: seek the largest distance, not the least.
+        starts: of each search.
+        seed: of the starts.
+        enough: distance that ends a search for the least [m].
+        settled: share of the squared distance whose change in a round ends a search.
+
+    Raises:
+        InputError: a joint that is neither revolute nor prismatic.
+    """
+    for kind, _ in arms.kinds:
+        if kind not in ("revolute", "prismatic"):
+            raise InputError("input.choice", name="joint", value=kind, known="revolute, prismatic")
+    S, n = len(points), arms.n
+    rows = np.repeat(np.arange(S), starts)
+    low, high = (np.broadcast_to(bound, (S, n))[rows] for bound in (lower, upper))
+    q = low + np.random.default_rng(seed).uniform(size=(starts, n))[np.tile(np.arange(starts), S)] * (high - low)
+    sign, best = -1.0 if farthest else 1.0, np.full(S, np.inf)
+    value, going = np.full(len(q), np.inf), np.arange(len(q))
+    for _ in range(SWEEPS):
+        part = arms if arms.places.ndim == 3 else replace(arms, places=arms.places[rows[going]])
+        before, here = value[going], q[going]
+        for k in range(n):
+            value[going] = _go_to_extremum(part, here, k, points[rows[going]], low[going, k], high[going, k], sign)
+        q[going] = here
+        np.minimum.at(best, rows[going], value[going])
+        moves = ~(before - value[going] <= settled * (np.abs(value[going]) + LEAST_DIVISOR))
+        going = going[moves & ((best[rows[going]] > enough**2) | farthest)]
+        if not len(going):
+            break
+    q = q[np.lexsort((value, rows)).reshape(S, starts)[:, 0]]
+    return np.linalg.norm(arms.pose_and_jacobian(q)[0][:, :3, 3] - points, axis=-1), q
+
+
+def _go_to_extremum(
+    arms: ArmNumbers, q: JointVector, k: int, points: Floats, low: Floats, high: Floats, sign: float
+) -> Floats:
+    """Put joint k of q (R, n) where sign times the squared distance from points (R, 3) is least; (R,) that value."""
+    turns = arms.kinds[k][0] == "revolute"
+    probes = np.array([0.0, 2 * np.pi / 3, -2 * np.pi / 3]) if turns else np.array([0.0, 1.0, -1.0])
+    rows = np.repeat(q[:, None], 3, axis=1)
+    rows[..., k] += probes
+    spread = arms if arms.places.ndim == 3 else replace(arms, places=arms.places[:, None])
+    f = sign * ((spread.pose_and_jacobian(rows)[0][..., :3, 3] - points[:, None]) ** 2).sum(axis=-1)
+    ends = np.stack([low - q[:, k], high - q[:, k]], axis=1)
+    if turns:
+        cos, sin = (f @ each(probes) * 2 / 3 for each in (np.cos, np.sin))
+        step = np.arctan2(-sin, -cos)
+        # The same place whole turns on may lie within the limits where this one does not.
+        step += 2 * np.pi * np.ceil((ends[:, 0] - step) / (2 * np.pi) - RANK)
+        steps = np.column_stack([step, ends])
+        values = f.mean(axis=1)[:, None] + cos[:, None] * np.cos(steps) + sin[:, None] * np.sin(steps)
+    else:
+        slope = (f[:, 1] - f[:, 2]) / 2
+        steps = np.column_stack([-sign * slope / 2, ends])
+        values = f[:, :1] + slope[:, None] * steps + sign * steps**2
+    inside = (steps >= ends[:, :1] - RANK) & (steps <= ends[:, 1:] + RANK)
+    row, chosen = np.arange(len(q)), np.where(inside, values, np.inf).argmin(axis=1)
+    q[:, k] = np.clip(q[:, k] + steps[row, chosen], low, high)
+    return values[row, chosen]
 
 
 def _error(T: PoseMatrix, wanted: PoseMatrix, task: str) -> Floats:

@@ -31,7 +31,7 @@ from mafsil.arrays import (
 from mafsil.collision import Checker, Scene
 from mafsil.design.arm import ArmDesign
 from mafsil.design.elastic import FlexibleArm
-from mafsil.design.family import ArmNumbers, configurations
+from mafsil.design.family import ArmNumbers, configurations, reach_and_void
 from mafsil.errors import FileError, InputError
 from mafsil.fields import check_fields, or_none, vector
 from mafsil.geometry import rotation
@@ -50,7 +50,7 @@ SAMPLES = 25
 MEASURES: dict[str, bool] = {
     "reached": True, "condition": True, "static_torque": False, "utilisation": False, "peak_torque": False,
     "rms_torque": False, "speed": False, "energy": False, "mass": False, "deflection": False, "frequency": True,
-    "payload": True,
+    "payload": True, "reach": True, "void": False,
 }  # fmt: skip
 """What designs are judged by, and whether more is better."""
 IN_CYCLE = ("peak_torque", "rms_torque", "speed", "energy")
@@ -167,6 +167,8 @@ class Evaluation(Answer, data="measures q reached condition torque deflection fr
         frequency: (P,) the lowest natural one with the payload [Hz]; infinite for a rigid arm.
         peak, rms, speed: (n,) efforts and rates of a cycle; NaN without one or with poses not reached.
         energy: mechanical work of the drives in a cycle, without what comes back [J].
+        reach, void: largest and least distance of the tool from the shoulder, where the first two axes meet or are
+            nearest to each other, that a search found [m].
     """
 
     design: ArmDesign
@@ -182,6 +184,8 @@ class Evaluation(Answer, data="measures q reached condition torque deflection fr
     rms: Floats
     speed: Floats
     energy: float
+    reach: float
+    void: float
 
     @property
     def status(self) -> EvaluationStatus:
@@ -203,7 +207,7 @@ class Evaluation(Answer, data="measures q reached condition torque deflection fr
             "peak_torque": float(self.peak.max()), "rms_torque": float(self.rms.max()),
             "speed": float(self.speed.max()), "energy": self.energy, "mass": self.design.mass,
             "deflection": _worst(self.deflection, np.max), "frequency": _worst(self.frequency, np.min),
-            "payload": _worst(self.payload, np.min),
+            "payload": _worst(self.payload, np.min), "reach": self.reach, "void": self.void,
         }  # fmt: skip
 
     def explain(self, language: str | None = None) -> str:
@@ -238,7 +242,9 @@ def evaluate(
     """
     design = ArmDesign.of(design)
     robot = design.robot
-    rank = ArmNumbers.of(robot).rank(tasks.characteristic_length is not None)
+    numbers = ArmNumbers.of(robot)
+    far, near = reach_and_void(ArmNumbers.stack([numbers]), *(bound[None] for bound in ranges(robot)))
+    rank = numbers.rank(tasks.characteristic_length is not None)
     if q0 is not None:
         given = as_batch("q0", q0, (robot.n,))
         q0 = np.where(np.isfinite(given), given, np.mean(ranges(robot), axis=0))
@@ -265,6 +271,7 @@ def evaluate(
         design, q, reached, collides, condition(J, tasks, rank) * hollow,
         np.asarray(torque(here, 0.0 * here, 0.0 * here)) * hollow[:, None], hung * hollow,
         rests * hollow, flexible.frequencies(here, 1)[:, 0] * hollow, peak, rms, speed, float(energy),
+        float(far[0]), float(near[0]),
     )  # fmt: skip
 
 
@@ -295,7 +302,8 @@ def measure_designs(
     for name in names:
         if name not in MEASURES or name == "payload":
             raise InputError("input.choice", name="measure", value=name, known=", ".join(MEASURES))
-    arms = ArmNumbers.stack([ArmNumbers.of(design.robot) for design in designs]).spread()
+    single = ArmNumbers.stack([ArmNumbers.of(design.robot) for design in designs])
+    arms = single.spread()
     bounds = np.array([ranges(design.robot) for design in designs])
     rank = arms.rank(tasks.characteristic_length is not None)
     q = configurations(
@@ -317,6 +325,8 @@ def measure_designs(
         cycle = _cycle(partial(loaded.spread().torque, tip_wrench=np.zeros(6)), here, tasks.period)
         for name, values in zip(IN_CYCLE, cycle, strict=True):
             found[name] = (values if name == "energy" else np.asarray(values.max(axis=-1))) * hollow
+    if {"reach", "void"} & set(names):
+        found["reach"], found["void"] = reach_and_void(single, bounds[:, 0], bounds[:, 1])
     if "mass" in names:
         found["mass"] = np.array([design.mass for design in designs])
     for name in {"deflection", "frequency"} & set(names):

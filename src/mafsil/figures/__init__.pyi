@@ -50,3 +50,4 @@ from mafsil.figures.velocity_and_force import plot_joint_screws as plot_joint_sc
 from mafsil.figures.velocity_and_force import plot_unreachable_frame as plot_unreachable_frame
 from mafsil.figures.workspace_slice import plot_payload_map as plot_payload_map
 from mafsil.figures.workspace_slice import plot_placement as plot_placement
+from mafsil.figures.workspace_slice import plot_reach_map as plot_reach_map

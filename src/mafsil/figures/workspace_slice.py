@@ -12,7 +12,7 @@ import numpy as np
 
 from mafsil.collision import Scene
 from mafsil.collision.piece_loops import boxes_of
-from mafsil.design import PayloadMap
+from mafsil.design import PayloadMap, ReachMap
 from mafsil.errors import InputError
 from mafsil.figures.performance_sheet import INK, SHELL, SINGULAR, flat_axes, label, save, sheet
 from mafsil.figures.picture_file import picture_file
@@ -75,24 +75,56 @@ def plot_payload_map(held: PayloadMap, path: str | PathLike[str], *, language: s
         InputError: an ending of no picture.
     """
     path = picture_file(path)
-    count = held.payload.shape[2]
-    figure = sheet(6.0 * count, 5.2)
-    panels: Any = figure.subplots(1, count, squeeze=False)[0]
     shown = np.ma.masked_invalid(held.payload)
     most = float(np.percentile(shown.compressed(), 95)) if shown.count() else 1.0
-    images: list[Any] = []
-    for k, axes in enumerate(panels):
-        edges = [np.append(c - held.cell / 2, c[-1] + held.cell / 2) for c in (held.x, held.y)]
-        images.append(axes.pcolormesh(*edges, shown[..., k].T, cmap="viridis", vmin=0.0, vmax=most, rasterized=True))
+    figure, panels, image = _slice_panels(held, shown, "viridis", most)
+    for axes in panels:
         axes.plot(*held.least_at, "o", color=SINGULAR, markersize=5)
-        flat_axes(axes, *_NAMES[held.plane])
-        if len(held.rpy):
-            axes.set_title(f"rpy = {', '.join(f'{angle:.3g}' for angle in held.rpy[k])} rad", fontsize=9)
-    bar = figure.colorbar(images[0], ax=list(panels), shrink=0.8, pad=0.02, extend="max")
+    bar = figure.colorbar(image, ax=panels, shrink=0.8, pad=0.02, extend="max")
     bar.outline.set_visible(False)
     bar.set_label(label("payload", language))
     figure.suptitle(label("payload_map", language, robot=held.robot, least=held.least), fontsize=9)
     save(figure, path)
+
+
+def plot_reach_map(reached: ReachMap, path: str | PathLike[str], *, language: str | None = None) -> None:
+    """Draw where a tool gets in a slice, one panel for each orientation; crosses and circles are the voids.
+
+    Args:
+        reached: the map.
+        path: .png, .svg or .pdf.
+        language: of the labels; the current one if None.
+
+    Raises:
+        InputError: an ending of no picture.
+    """
+    path = picture_file(path)
+    shown = np.ma.masked_equal((reached.distance == 0.0).astype(float), 0.0)
+    figure, panels, _ = _slice_panels(reached, shown, "Blues", 2.0)
+    for axes, voids in zip(panels, reached.voids, strict=True):
+        for x, y, radius, _area in voids:
+            axes.plot(x, y, "x", color=SINGULAR, markersize=6, markeredgewidth=1.4)
+            if np.isfinite(radius):
+                turn = np.linspace(0.0, 2 * np.pi, 73)
+                axes.plot(x + radius * np.cos(turn), y + radius * np.sin(turn), color=SINGULAR, linewidth=1.0)
+    details = {"robot": reached.robot, "voids": sum(map(len, reached.voids))}
+    figure.suptitle(label("reach_map", language, **details), fontsize=9)
+    save(figure, path)
+
+
+def _slice_panels(values: PayloadMap | ReachMap, shown: Any, colours: str, top: float) -> tuple[Any, list[Any], Any]:
+    """Figure, axes and one image of cells (X, Y, K), a panel for each orientation of the tool."""
+    count: int = shown.shape[2]
+    figure = sheet(6.0 * count, 5.2)
+    panels: Any = figure.subplots(1, count, squeeze=False)[0]
+    image: Any = None
+    for k, axes in enumerate(panels):
+        edges = [np.append(c - values.cell / 2, c[-1] + values.cell / 2) for c in (values.x, values.y)]
+        image = axes.pcolormesh(*edges, shown[..., k].T, cmap=colours, vmin=0.0, vmax=top, rasterized=True)
+        flat_axes(axes, *_NAMES[values.plane])
+        if len(values.rpy):
+            axes.set_title(f"rpy = {', '.join(f'{angle:.3g}' for angle in values.rpy[k])} rad", fontsize=9)
+    return figure, list(panels), image
 
 
 def plot_placement(

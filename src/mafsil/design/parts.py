@@ -1,20 +1,121 @@
-"""Catalogues of drives: motors with their gears as a table, from CSV, TOML or plain data."""
+"""What arms are made of: tubes and drives as bodies; catalogues of motors with gears from CSV, TOML or plain data."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from math import inf, pi
 from os import PathLike
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Vector3, frozen, not_negative, number, positive
 from mafsil.csv_table import read_csv_table
 from mafsil.errors import FileError, InputError
 from mafsil.fields import check_fields, finite
+from mafsil.mechanics.inertial_parameters import parameters_of
+from mafsil.model import Inertial
+from mafsil.model.placement import frame_along, turned_tensor
 from mafsil.toml_source import read_toml
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """What a tube is made of.
+
+    Attributes:
+        density: [kg/m^3].
+        young, shear: moduli [Pa].
+        expansion: of a length, per kelvin [1/K].
+    """
+
+    density: float
+    young: float
+    shear: float
+    expansion: float
+    __post_init__ = check_fields(density=positive, young=positive, shear=positive, expansion=number)
+
+
+MATERIALS = {
+    "aluminium": Material(2700.0, 69e9, 26e9, 23.1e-6),
+    "steel": Material(7850.0, 206e9, 80e9, 12.0e-6),
+    "titanium": Material(4430.0, 114e9, 44e9, 8.6e-6),
+    "carbon": Material(1600.0, 70e9, 5e9, 1.0e-6),
+}
+"""Handbook values: EN AW-6082, structural steel, Ti-6Al-4V; carbon fibre of mostly axial lay in epoxy, which varies."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tube:
+    """A round tube as section of a link.
+
+    Attributes:
+        outer, wall: diameter and thickness [m].
+        material: what it is made of.
+    """
+
+    outer: float
+    wall: float
+    material: Material = MATERIALS["aluminium"]
+    _numbers = check_fields(outer=positive, wall=positive)
+
+    def __post_init__(self) -> None:
+        self._numbers()
+        if 2.0 * self.wall > self.outer:
+            raise InputError("input.range", name="wall", value=self.wall, low=0.0, high=self.outer / 2.0)
+
+    @property
+    def area(self) -> float:
+        """Of the section [m^2]."""
+        return pi * self.wall * (self.outer - self.wall)
+
+    @property
+    def section(self) -> str:
+        """Outer diameter and wall as drawings give them."""
+        return f"{1e3 * self.outer:.4g} x {1e3 * self.wall:.4g} mm"
+
+    @property
+    def second_moment(self) -> float:
+        """Of the area about a diameter [m^4]; the polar one is twice as large."""
+        return pi / 64.0 * (self.outer**4 - (self.outer - 2.0 * self.wall) ** 4)
+
+    def inertial(self, end: Vector3) -> Inertial:
+        """Mass properties of the tube from the origin to `end` (3,)."""
+        length = float(np.linalg.norm(end))
+        mass, polar = self.material.density * self.area * length, 2.0 * self.second_moment / self.area
+        across = mass * (polar / 2.0 + length**2 / 12.0)
+        R = frame_along(end / length)
+        return Inertial(mass, frozen(end / 2.0), turned_tensor(np.diag([across, across, mass * polar]), R))
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Motor, gear and bearing of a joint as a body.
+
+    Attributes:
+        mass: [kg].
+        radius, length: of the cylinder about the joint's axis [m].
+        stiffness: of the gear, seen at the joint; infinite for a rigid one [N m/rad | N/m].
+    """
+
+    mass: float = 0.0
+    radius: float = 0.0
+    length: float = 0.0
+    stiffness: float = inf
+    __post_init__ = check_fields(
+        mass=not_negative, radius=not_negative, length=not_negative,
+        stiffness=lambda name, value: inf if value == inf else positive(name, value),
+    )  # fmt: skip
+
+    def parameters(self, R: Floats, p: Vector3, axis: Vector3) -> Floats:
+        """(10,) inertial parameters in the frame in which the joint's frame has the pose (R, p)."""
+        across = self.mass * (self.radius**2 / 4.0 + self.length**2 / 12.0)
+        own = np.diag([across, across, self.mass * self.radius**2 / 2.0])
+        turned = turned_tensor(own, R @ frame_along(axis))
+        return parameters_of(Inertial(self.mass, frozen(p), turned))
+
 
 NUMBERS = ("peak_torque", "continuous_torque", "speed", "rotor_inertia", "ratio", "efficiency", "mass")
 
