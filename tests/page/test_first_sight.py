@@ -138,8 +138,9 @@ FILLED = (
     " return [Math.max(share('x', width), share('y', height)), inside]; })()"
 )
 LABELS = (
-    "[...document.querySelectorAll('#labels button, #compass button:not(.back)')].map(e => {"
-    " const b = e.getBoundingClientRect(); return [b.left, b.top, b.right, b.bottom, e.parentNode.id]; })"
+    "[...document.querySelectorAll('#labels button, #compass, #scale, #hint, #status, #clock, #move-name, #postures')]"
+    ".filter(e => e.checkVisibility({ visibilityProperty: true })).map(e => {"
+    " const b = e.getBoundingClientRect(); return [e.id || `ghost ${e.textContent}`, b.left, b.top, b.right, b.bottom]; })"
 )
 
 
@@ -154,13 +155,25 @@ def test_the_arm_fills_the_picture_and_labels_leave_one_another_alone(
         assert inside
         assert 0.45 <= share <= 0.9
         assert browser.ask("mafsil.stage.named.length") == 0, "ghosts are shown when they are asked for"
-        browser.ask("mafsil.store.show({ ghosts: true })")
-        browser.ask("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
-        boxes = [box[:4] for box in browser.ask(LABELS) if box[4] == "labels"]
-        assert len(boxes) == browser.ask("mafsil.stage.named.length")
-        for k, (left, top, right, bottom) in enumerate(boxes):
-            for a, b, c, d in boxes[:k]:
-                assert right <= a or c <= left or bottom <= b or d <= top
+        for refusal in ("null", "{ key: 'why_not_found', values: { attempts: 40, steps: 60 } }"):
+            for turn in ((0, 0), (150, 40), (40, -30)):
+                browser.ask(f"mafsil.stage.camera.turn(...{list(turn)})")
+                browser.ask(f"mafsil.store.show({{ ghosts: true, refusal: {refusal} }})")
+                browser.ask("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+                boxes = browser.ask(LABELS)
+                assert sum(box[0].startswith("ghost") for box in boxes) == browser.ask("mafsil.stage.named.length")
+                assert not overlapping(boxes)
+            browser.click("#language")
+
+
+def overlapping(boxes: list[tuple[str, float, float, float, float]]) -> list[tuple[str, str]]:
+    """Pairs of labels of which one covers a part of the other."""
+    return [
+        (name, other)
+        for k, (name, left, top, right, bottom) in enumerate(boxes)
+        for other, a, b, c, d in boxes[:k]
+        if min(right, c) - max(left, a) > 0.5 and min(bottom, d) - max(top, b) > 0.5
+    ]
 
 
 @pytest.mark.parametrize("turns", [(0, 4000), (900, -4000)])

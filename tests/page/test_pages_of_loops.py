@@ -19,6 +19,7 @@ from mafsil.page.content import content
 from mafsil.page.session import Session, action_arguments
 from mafsil.page.show import show
 from mafsil.parallel import ClosedChain, DeltaRobot, StewartPlatform, three_rps
+from tests.page.browser import Browser
 from tests.page.node import run_module
 from tests.page.test_page_core import SCRIPT, bits
 
@@ -252,6 +253,37 @@ def test_the_tool_of_loops_is_led_to_what_is_reached_and_held_near_what_is_not(n
             assert np.abs(reached[:3, 3] - T[:3, 3]).max() < 2e-6
         elif name != "three_rps":  # whose legs are of any length
             assert left[-1] > 1.0
+
+
+ANYTHING = """((seed, count) => {
+  const { store, stage } = mafsil, { driven, n } = store.arm.settings, places = [];
+  const random = () => (seed = (48271 * seed) % 2147483647) / 2147483647, about = () => 2 * random() - 1;
+  const acts = [
+    () => store.do("set_joint", { joint: driven[Math.floor(random() * driven.length)], value: 3 * about() }),
+    () => store.do("set_joints", { values: Array.from({ length: n }, (_, k) => store.state.q[k] + about()) }),
+    () => { stage.drag.start(0, 0); const { position, quaternion } = stage.drag.going;
+      for (let k = 0; k < 4; k++) stage.drag.lead(position.map((x) => x + 0.3 * about()), quaternion); stage.drag.end(); },
+    () => stage.drag.nudge([about(), about()], random() < 0.5),
+    () => store.undo(),
+    () => mafsil.measure({ angle: random() < 0.5 ? "deg" : "rad" }),
+    () => { for (const field of document.querySelectorAll("#view-joints input")) if (random() < 0.3) {
+      field.value = 4 * about(); field.dispatchEvent(new Event("input")); field.dispatchEvent(new Event("change")); } },
+  ];
+  for (let k = 0; k < count; k++) { acts[Math.floor(random() * acts.length)](); places.push(Array.from(store.state.q)); }
+  return places;
+})"""  # noqa: E501
+
+
+def test_loops_are_closed_after_any_action_of_a_window(tmp_path: Path) -> None:
+    """Joints set one by one and together, the tool led by pointer and keys, fields, undo: 100 of them in any order."""
+    with Browser(tmp_path, (1280, 800)) as browser:
+        for seed, (name, of) in enumerate(CLOSED.items(), 1):
+            page = show(of, language="en")
+            browser.load(page.write(tmp_path / f"{name}.html"))
+            chain, places = ClosedChain(page.robot), np.array(browser.ask(f"{ANYTHING}({seed}, 100)"))
+            assert max(chain.error(q) for q in places) < 1e-9
+            assert len(np.unique(places, axis=0)) > 20
+            assert not browser.errors
 
 
 def test_what_would_be_of_the_open_tree_is_refused(tmp_path: Path) -> None:

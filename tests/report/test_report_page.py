@@ -16,10 +16,12 @@ from mafsil.job import Run, parse_job, solve_file
 from mafsil.job.judging.judgement import summary
 from mafsil.messages import LANGUAGES
 from mafsil.model import library
+from mafsil.page.assemble import own_views
 from mafsil.report import contents, fragments
-from mafsil.report.page import render
+from mafsil.report.page import MAIN, render
 from mafsil.report.replay import recipe
-from mafsil.scene import Drawing, compact
+from mafsil.scene import Drawing, compact, one_script
+from mafsil.scene.modules import read
 from tests.page.node import run_module
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -77,6 +79,21 @@ def test_the_page_asks_nobody_for_anything(page: tuple[str, str, Reader]) -> Non
     assert "url(" not in html
     for word in ("fetch(", "XMLHttpRequest", "WebSocket", "import(", "eval(", "innerHTML", "document.write"):
         assert word not in html
+
+
+def test_a_report_has_every_card_of_the_robot(page: tuple[str, str, Reader]) -> None:
+    for module in own_views():
+        for name in re.findall(r'^  name: "(\w+)",$', read(module), re.M):
+            assert f'name:"{name}"' in page[1], name
+
+
+def test_what_is_quoted_stays_when_scripts_are_made_small() -> None:
+    """Every text of every module stands in the joined script as often as in the modules; blanks around signs do not."""
+    quoted, joined = re.compile(r'"(?:[^"\\\n]|\\.)*"'), one_script(*own_views(), MAIN)
+    plain = [line for module in own_views() for line in read(module).splitlines() if not re.search("[`'/]", line)]
+    texts = [text for line in plain for text in quoted.findall(line)]
+    assert len(texts) > 200
+    assert all(joined.count(text) >= texts.count(text) for text in set(texts))
 
 
 def test_the_policy_allows_just_this_style_and_script(page: tuple[str, str, Reader]) -> None:

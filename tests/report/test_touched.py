@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mafsil.collision import Obstacle, Plane
+from mafsil.collision import Obstacle, Plane, distance
+from mafsil.geometry import rotation
 from mafsil.job import Run, parse_job, solve
+from mafsil.model import Box, Cylinder, Sphere
 from mafsil.report.replay import drawn, replay_scene
 from mafsil.report.touched import standing
 from mafsil.scene.inline import near_side, patch, stretch
@@ -57,6 +59,13 @@ def test_holes_and_hollow_surfaces_are_drawn():
     # From the mouth down its axis to the bottom.
     ends = [place @ [0, 0, shaft.pose[2] + side * depth / 2.0, 1.0] for side in (1, -1)]
     np.testing.assert_allclose(ends, [[0.5, -1.5, 0, 1], [0.5, -1.8, 0, 1]], atol=1e-12)
+
+
+def pose_of(row):
+    """Position and quaternion as a pose (4, 4)."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation.from_quaternion(row[3:]), row[:3]
+    return T
 
 
 ENDLESS = """
@@ -139,6 +148,48 @@ def test_a_patch_holds_the_feet_of_all_points_and_lies_on_its_plane(seed):
     assert len(nearest) == (heights <= heights.min() + 0.05).sum()
 
 
+TOUCHED = """
+robot = "panda"
+[[surface]]
+name = "touched"
+point = {point}
+{kind}
+stiffness = 1e4
+[[move]]
+pause = 0.1
+"""
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_surface_contains_every_path_on_it(seed):
+    """Planes, bars and balls somewhere in space: a path on them, short or long, is on what is drawn."""
+    rng = np.random.default_rng(seed)
+    point, axis, radius = (
+        10.0 ** rng.integers(-1, 3) * rng.normal(size=3),
+        rng.normal(size=3),
+        float(rng.uniform(0.05, 2)),
+    )
+    axis /= np.linalg.norm(axis)
+    across = np.linalg.svd(axis[None])[2][1:]
+    path = np.cumsum(rng.normal(size=(int(rng.integers(1, 40)), 2)) * 10.0 ** rng.integers(-3, 1), axis=0)
+    turns = np.stack([np.cos(path[:, 0]), np.sin(path[:, 0])], axis=1) @ across
+    balls = np.cos(path[:, 1:]) * turns + np.sin(path[:, 1:]) * axis
+    kinds = {
+        f"normal = {axis.tolist()}": point + path @ across,
+        f"cylinder = {radius}\naxis = {axis.tolist()}": point + radius * turns + path[:, 1:] * axis,
+        f"sphere = {radius}": point + radius * balls,
+    }
+    for kind, tips in kinds.items():
+        job = parse_job(TOUCHED.format(point=point.tolist(), kind=kind))
+        ((body, T),) = standing(job, float(rng.uniform(0.3, 3)), tips)
+        (solid,) = body.solids
+        shape = {"box": lambda *size: Box(size), "cylinder": Cylinder, "sphere": Sphere}[solid.kind](*solid.size)
+        balls_at = np.tile(np.eye(4), (len(tips), 1, 1))
+        balls_at[:, :3, 3] = tips
+        gaps = distance(shape, Sphere(1e-9), np.asarray(T) @ pose_of(np.array(solid.pose)), balls_at).distance
+        assert np.max(gaps) < 1e-8 * (1.0 + np.linalg.norm(point))
+
+
 @pytest.mark.capability("10-70")
 def test_what_presses_on_the_tip_is_in_the_replay():
     text = (Path(__file__).parents[2] / "examples/jobs/polish_a_plate_puma560.toml").read_text(encoding="utf-8")
@@ -149,6 +200,15 @@ def test_what_presses_on_the_tip_is_in_the_replay():
     assert tape.contact_wrench is not None
     rows = np.searchsorted(tape.t, scene.times)
     np.testing.assert_array_equal(scene.forces, tape.contact_wrench[np.minimum(rows, len(tape.t) - 1)][:, 3:])
+    # Where it presses, the tip is over the plate that is drawn, as deep as the plate gives way.
+    (table,) = run.job.surface
+    ((plate, place),) = [(body.solids[0], pose_of(T)) for body, T in scene.fixed if body.name == table.name]
+    pressing = np.linalg.norm(scene.forces, axis=1) > 0.0
+    at = (scene.tips[pressing, :3] - place[:3, 3]) @ place[:3, :3] - plate.pose[:3]
+    assert len(at) > 20
+    assert (np.abs(at[:, :2]) <= np.array(plate.size[:2]) / 2.0).all()
+    give = np.linalg.norm(scene.forces, axis=1).max() / table.stiffness
+    assert (np.abs(at[:, 2] - plate.size[2] / 2.0) <= give + 1e-6).all()
     # The plate lies level: what it exerts is upwards, but for friction, and as large as the job presses.
     R = np.asarray(run.robot.fk(scene.q))[:, :3, :3]
     pressed = (R @ scene.forces[:, :, None])[:, :, 0]

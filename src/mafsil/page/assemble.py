@@ -16,8 +16,6 @@ MAIN, SERVED = "page/main.js", "studio/main.js"
 _BLANK = re.compile(r" ?(\{) ?|;? ?(\}) ?|(?<=[;:,]) |^ +|^/\*.*\*/\n", re.M)
 """What a style does not need: blanks beside braces and behind marks, the last semicolon of a rule, comments."""
 _BOTH = re.compile(r"--([\w-]+): light-dark\((#\w+), (#\w+)\)")
-OF_NO_RUN = ("grasp.js",)
-"""Views that a page of a run leaves out."""
 _ROBOT = {"reading": "", "languages": "", "state": "robot", "alone": "", "style": ""}
 _NEEDS, _NAME = re.compile(r"^ *needs: \[([^\]]*)\],$", re.M), re.compile(r"[\"'](\w+)[\"']")
 
@@ -41,7 +39,7 @@ def assemble(
     whole = "\n".join((styles(), slots["style"])).strip()
     style, code = (
         _BLANK.sub(lambda match: match.group(1) or match.group(2) or "", whole),
-        script(*views, main, recording=slots["state"] != "robot"),
+        script(*views, main),
     )
     title = attribute(content.get("titles", {}).get(content["language"], content["robot"]["name"]))
     filled = (
@@ -74,18 +72,17 @@ def _for_older_browsers(style: str) -> str:
     return f"{light}\n@media screen {{ {asked}\n:root[data-theme=dark] {{ {dark}}} }}"
 
 
-def script(*modules: str, recording: bool = False) -> str:
+def script(*modules: str) -> str:
     """The page's own views and these modules as one script that leaves no names behind.
 
     Args:
         modules: paths inside the package, or absolute; the last one opens the page.
-        recording: whether it is the page of a run, without what has nothing to do with one.
 
     Raises:
         FileError: a module that cannot be read.
         KernelError: a module with statements that are not understood.
     """
-    return "(() => {\n" + one_script(*own_views(recording), *modules) + "\n})();"
+    return "(() => {\n" + one_script(*own_views(), *modules) + "\n})();"
 
 
 def needed_quantities(views: Sequence[str]) -> tuple[str, ...]:
@@ -98,12 +95,8 @@ def needed_quantities(views: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for line in lines for name in _NAME.findall(line)))
 
 
-def own_views(recording: bool = False) -> list[str]:
-    """The modules in `page/views`; each describes one view, but the one with the elements of all.
-
-    Args:
-        recording: without those that have nothing to do with a run.
-    """
+def own_views() -> list[str]:
+    """The modules in `page/views`; each describes one view, but the one with the elements of all."""
     folder = resources.files("mafsil.page").joinpath("views")
     files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".js"))
-    return [f"page/views/{name}" for name in files if not (recording and name in OF_NO_RUN)]
+    return [f"page/views/{name}" for name in files]

@@ -27,11 +27,14 @@ _REMARK = re.compile(r"(?<=[;,{}\])]) +//[^\n\"'`]*$|^[ \t]+", re.M)
 _GAP = re.compile(r"(?<=[;}])\n\n+(?=\S)")
 """Empty lines between statements."""
 
-_PLAIN = re.compile(r"^[^\n\"'`/]+$", re.M)
-"""A line without strings, texts and expressions of patterns."""
+_PLAIN = re.compile(r"^(?:[^\n\"'`/]| / |\"(?:[^\"\\\n]|\\.)*\")+$", re.M)
+"""A line without templates and expressions of patterns; what it quotes stands in double quotation marks."""
 
-_BLANK = re.compile(r" ?([=*<>&|?:,;{}()\[\]]) ?")
-"""Blanks beside signs that cannot join with others; a plus and a minus can."""
+_BLANK = re.compile(r"(\"(?:[^\"\\]|\\.)*\")|(?<=[\w)\]]) ([+\-/]) (?=[\w(\[])| ?([=*<>&|?:,;{}()\[\]]) ?")
+"""What is quoted, which stays; blanks beside signs: a plus and a minus could join with others of their kind."""
+
+_BREAK = re.compile(r"(?<=[;{},(\[])\n(?!#)")
+"""Ends of lines that end no statement; directives of shaders stand on lines of their own."""
 
 Source = str
 """A module's path inside the package, such as `scene/matrix.js`."""
@@ -100,4 +103,4 @@ def _bare(path: Source) -> str:
         raise KernelError("kernels.refused", reason=f"{path}: {strange.group(0)}")
     if posixpath.isabs(path):
         return text
-    return _PLAIN.sub(lambda line: _BLANK.sub(r"\1", line[0]), text)
+    return _BREAK.sub("", _PLAIN.sub(lambda line: _BLANK.sub(lambda part: part[part.lastindex or 0], line[0]), text))

@@ -6,7 +6,7 @@ import { drawn, element, written } from "../views/elements.js";
 const WIDE_COMPASS = 116, LONG_AXIS = 45; // pixels
 const WAYS_OF_COMPASS = [["x", [1, 0, 0], 0, 0], ["y", [0, 1, 0], Math.PI / 2, 0], ["z", [0, 0, 1], -Math.PI / 2, 1.57],
   ["−x", [-1, 0, 0], Math.PI, 0], ["−y", [0, -1, 0], -Math.PI / 2, 0]];
-const SHORTEST = 70; // pixels that the bar of the scale has at least
+const LONG_SCALE = 100; // pixels that the bar of the scale has at most
 
 export class Compass {
   /**
@@ -56,8 +56,8 @@ export class Compass {
       Object.assign(button.style, { left: `${WIDE_COMPASS / 2 + x}px`, top: `${WIDE_COMPASS / 2 + y}px`, zIndex: Math.round(3 + 2 * Vector.dot(way, away)) });
     }
     if (this.down) this.paintGravity(...at(this.down));
-    const most = SHORTEST * camera.reach(camera.distance, height), power = 10 ** Math.floor(Math.log10(most));
-    const long = [1, 2, 5, 10].map((k) => k * power).find((one) => one >= most);
+    const most = LONG_SCALE * camera.reach(camera.distance, height), power = 10 ** Math.floor(Math.log10(most));
+    const long = [5, 2, 1].map((k) => k * power).find((one) => one <= most);
     this.bar.style.inlineSize = `${(long / camera.reach(camera.distance, height)).toFixed(1)}px`;
     written(this.length, long < 1 ? `${Number((1000 * long).toPrecision(3))} mm` : `${long} m`);
   }

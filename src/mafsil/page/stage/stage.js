@@ -152,14 +152,14 @@ export class Stage extends Viewport {
     this.compass.paint();
   }
 
-  /** Numbers of the ghosts over the picture, each beside all others and the tool; a click goes there. */
+  /** Numbers of the ghosts over the picture, each beside all others, the tool and what else stands there; a click goes there. */
   paintLabels() {
-    const { width, height } = this, grip = this.drag.place(), taken = [[grip.x, grip.y]];
+    const { width, height } = this, grip = this.drag.place(), taken = this.named.length ? [[grip.x, grip.y, DOT / 2, DOT / 2], ...this.furniture()] : [];
     while (this.labels.children.length > this.named.length) this.labels.lastChild.remove();
     this.named.forEach(({ row, place, colour, text }, k) => {
       const label = this.labels.children[k] ?? this.labels.appendChild(document.createElement("button"));
       const { x, y } = this.camera.project(place, width, height), [left, top] = freePlace(x, y, width, height, taken);
-      taken.push([left, top]);
+      taken.push([left, top, DOT / 2, DOT / 2]);
       label.type = "button";
       written(label, String(row));
       label.setAttribute("aria-label", text);
@@ -168,6 +168,15 @@ export class Stage extends Viewport {
       label.style.left = `${left}px`;
       label.style.top = `${top}px`;
       label.style.borderColor = `rgb(${colour.slice(0, 3).map((part) => Math.round(255 * part)).join(" ")})`;
+    });
+  }
+
+  /** What else stands over the picture: middle and half the edges of each [pixels]. @returns {number[][]} */
+  furniture() {
+    const { canvas, labels } = this, from = canvas.getBoundingClientRect();
+    return [...canvas.parentElement.children].filter((one) => one !== canvas && one !== labels && one.offsetWidth).map((one) => {
+      const { left, top, width, height } = one.getBoundingClientRect();
+      return [left - from.left + width / 2, top - from.top + height / 2, width / 2, height / 2];
     });
   }
 
@@ -212,6 +221,6 @@ function freePlace(x, y, width, height, taken) {
   for (let ring = 0; ; ring++) for (let k = 0; k < Math.max(1, 8 * ring); k++) {
     const turn = (2 * Math.PI * k) / Math.max(1, 8 * ring), left = inside(x + ring * DOT * Math.cos(turn), width),
       top = inside(y + ring * DOT * Math.sin(turn), height);
-    if (ring > 20 || taken.every(([a, b]) => Math.abs(a - left) >= DOT || Math.abs(b - top) >= DOT)) return [left, top];
+    if (ring > 20 || taken.every(([a, b, u, v]) => Math.abs(a - left) >= u + DOT / 2 || Math.abs(b - top) >= v + DOT / 2)) return [left, top];
   }
 }
