@@ -11,6 +11,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Checker, distance
+from mafsil.job.planning import resting
 from mafsil.job.planning.resting import CLEAR, home_configuration
 from mafsil.model import Capsule, library
 from mafsil.model.appearance import part_of, reach
@@ -46,6 +47,16 @@ def test_makers_postures_are_found() -> None:
     """What Universal Robots and Franka call home or ready, but for the turn of the flange."""
     assert np.rad2deg(home_configuration(mf.load("ur5e"))) == pytest.approx([0, -90, -90, -90, 90, 0])
     assert np.rad2deg(home_configuration(mf.load("panda"))) == pytest.approx([0, -45, 0, -135, 0, 90, 0])
+
+
+def test_a_home_is_computed_once_for_a_robot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("MAFSIL_CACHE", str(tmp_path / "cache"))
+    made: list[str] = []
+    honest = resting._home_candidates
+    monkeypatch.setattr(resting, "_home_candidates", lambda robot, rest: made.append(robot.name) or honest(robot, rest))
+    homes = [home_configuration(mf.load(name)) for name in ("planar3r", "planar3r", "spatial3r")]
+    assert made == [mf.load(name).name for name in ("planar3r", "spatial3r")]
+    assert np.array_equal(homes[0], homes[1])
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 from itertools import product
 from math import prod
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.code_store import digest_of, kept_array
 from mafsil.errors import MafsilError, ModelError
 from mafsil.job.tolerances import LEAST_DEXTERITY, MOVES_TIP
 from mafsil.lazy_module import lazily
 from mafsil.model import JointKind, JointLimits, Mechanism
 from mafsil.model.appearance import reach
+from mafsil.model.fingerprint import fingerprint
 from mafsil.robot import Robot
 
 if TYPE_CHECKING:
@@ -86,14 +90,27 @@ def home_configuration(robot: Robot) -> JointVector:
     """(n,) round coordinates in which the arm is dextrous, free of itself, and good to look at [rad | m].
 
     The tip is in front of the base and neither low nor high, a tool with six joints points down, the joints are away
-    from their limits. Joints that do not move the tip rest; an arm without joints that do rests altogether.
+    from their limits. Joints that do not move the tip rest; an arm without joints that do rests altogether. What is
+    chosen from is kept on disk: thousands of singular values for each robot.
     """
     rest = starting_place(robot)
     if robot.n == 0:
         return rest
+    words = "home", _source(), fingerprint(robot.mechanism), robot.limits.lower, robot.limits.upper
+    best = kept_array(digest_of(*words), lambda: _home_candidates(robot, rest))
+    return next(iter(_free_of_itself(robot, best)), rest)
+
+
+@cache
+def _source() -> bytes:
+    return Path(__file__).read_bytes()
+
+
+def _home_candidates(robot: Robot, rest: JointVector) -> Floats:
+    """(k, n) configurations of dextrous homes, the best first; the resting place alone where no joint moves the tip."""
     moving = np.flatnonzero(np.abs(robot.jacobian_body(rest + 0.1)).max(axis=0) > MOVES_TIP)
     if not len(moving):
-        return rest
+        return rest[None]
     choices = {int(k): _round_coordinates(robot, int(k)) for k in moving}
     configurations = np.tile(rest, (min(prod(map(len, choices.values())), MOST_CANDIDATES), 1))
     if len(configurations) < MOST_CANDIDATES:
@@ -107,8 +124,7 @@ def home_configuration(robot: Robot) -> JointVector:
         extra = np.repeat(best, len(values), axis=0)
         extra[:, k] = np.tile(values, len(best))
         configurations = np.unique(np.concatenate([best, extra]), axis=0)
-    best = configurations[np.argsort(-_grade(robot, configurations), kind="stable")]
-    return next(iter(_free_of_itself(robot, best)), rest)
+    return configurations[np.argsort(-_grade(robot, configurations), kind="stable")]
 
 
 def _round_coordinates(robot: Robot, k: int) -> Floats:
