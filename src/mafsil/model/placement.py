@@ -72,7 +72,12 @@ def checked_poses(name: str, value: ArrayLike) -> PoseMatrix:
 def _is_pose(T: list[list[float]]) -> bool:
     """Whether four rows are a pose; of one matrix NumPy spends ten times as long on it."""
     defects, determinant = _orthogonality(T)
-    return max(map(abs, defects)) <= PRINTED_ROTATION and determinant >= 0.0 and T[3] == [0.0, 0.0, 0.0, 1.0]
+    return (
+        max(defects) <= PRINTED_ROTATION
+        and min(defects) >= -PRINTED_ROTATION
+        and determinant >= 0.0
+        and T[3] == [0.0, 0.0, 0.0, 1.0]
+    )
 
 
 def _are_poses(T: PoseMatrix) -> bool:
