@@ -36,7 +36,7 @@ else:
 
 MOST_CONTACTS = 200
 FLOAT64 = np.dtype(np.float64)
-VERDICTS = np.False_, np.True_
+VERDICTS: tuple[Any, Any] = (np.False_, np.True_)
 ROWS_OF_THREAD = 1024
 """States that a thread checks before it takes others: a fraction of a millisecond."""
 
