@@ -17,7 +17,7 @@ UNTOUCHED = 7.5
 
 def depth(kind_a, size_a, kind_b, size_b, M, S, count):
     """Bounds of the depth, and whether memory beyond the workspace was written to."""
-    W, n = np.full((WORKSPACE + 400, 10), UNTOUCHED), np.zeros(3)
+    W, n = np.full((WORKSPACE + 400, 10), UNTOUCHED), np.zeros((2, 6))
     bounds = grown_depth(kind_a, size_a, NO_VERTICES, kind_b, size_b, NO_VERTICES, M, S, count, n, W)
     return bounds, bool((W[WORKSPACE:] != UNTOUCHED).any())
 

@@ -7,6 +7,8 @@ primitives in random scenes of all kinds of obstacles. Where coal's verdict diff
 decides, unless it is smaller than coal's tolerance. Distances of two bodies apart are bounded from both sides: by two
 points of which NumPy says that they are in the bodies, and by the slab between two planes that support them. Those
 with a cylinder or cone are promised to 1e-9 of the bodies' size; how many are off by more than 1e-9 m is counted.
+Pairs of awkward bodies (needles, plates, nanometres to kilometres, aligned, concentric, touching) are held to the same
+bounds; of those that meet, none of many directions parts them sooner than the depth says.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from functools import cache
 from itertools import combinations_with_replacement
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from benchmarks.planning import posed
 from mafsil import collision
@@ -34,6 +37,10 @@ SIZE = 1.4
 PER_SCENE = 1_000
 PAIRS_PER_STATE = 0.1
 """Pairs of bodies beside each state."""
+WAYS = 2_000
+"""Directions in which two bodies that meet are parted."""
+NORMAL = 1e-5
+"""What the slab of bodies that all but touch, and points of bodies that meet, may be off by, relative to their size."""
 SETS = 100
 """Problems of each set of others whose scenes are taken."""
 
@@ -66,7 +73,8 @@ def work(seed: int, states: int) -> dict[str, int]:
         for name, value in compared(checker, peer, q).items():
             counts[name] += value
         left -= count
-    return counts | pairs(seed, max(round(PAIRS_PER_STATE * states), 1))
+    count = max(round(PAIRS_PER_STATE * states), 1)
+    return counts | pairs(seed, count) | awkward_pairs(seed, -(-count // 10))
 
 
 def compared(checker: Checker, peer: Peer, q: np.ndarray) -> dict[str, int]:
@@ -101,6 +109,66 @@ def pairs(seed: int, count: int) -> dict[str, int]:
         counts["over_1e9"] += int((off > RIGHT).sum())
         counts["bad_distance"] += int((off > RIGHT * (SIZE if {first, second} & set(ROUND) else 1.0)).sum())
     return counts
+
+
+def awkward_pairs(seed: int, count: int) -> dict[str, int]:
+    """Counts over distances of two awkward bodies."""
+    rng, counts = np.random.default_rng([39, seed]), {"awkward": count, "bad_awkward": 0}
+    ways = rng.normal(size=(WAYS, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    for _ in range(count):
+        scale = 10.0 ** rng.uniform(-5.0, 5.0) if rng.random() < 0.3 else 1.0
+        a, b, T_a, T_b = _awkward(rng, scale), _awkward(rng, scale), _placed(rng, scale), _placed(rng, scale)
+        if rng.random() < 0.15:
+            T_b = T_a
+        if rng.random() < 0.3:
+            met = collision.distance(a, b, T_a, T_b)
+            T_a = T_a.copy()
+            T_a[:, :3, 3] -= met.distance * met.normal * (1.0 + rng.choice([0.0, 1e-12, -1e-9, 1e-6, -1e-3]))
+        counts["bad_awkward"] += not _is_right(collision.distance(a, b, T_a, T_b), a, T_a, b, T_b, scale, ways)
+    return counts
+
+
+def _is_right(found: collision.Separation, a: object, T_a: np.ndarray, b: object, T_b: np.ndarray, scale: float,
+              ways: np.ndarray) -> bool:  # fmt: skip
+    distance, size = float(found.distance[0]), 3.0 * scale
+    off = max(float(beyond(a, T_a, found.point_a)[0]), float(beyond(b, T_b, found.point_b)[0]))
+    joined = np.abs(found.point_a - found.point_b - distance * found.normal).max()
+    least = float(slab(a, T_a, b, T_b, found.normal)[0])
+    if distance > 0.0:
+        sharp = RIGHT if distance > 1e-6 * size else NORMAL
+        return bool(max(off, joined) <= RIGHT * size and abs(distance - least) <= sharp * size)
+    every = [np.repeat(T, len(ways), axis=0) for T in (T_a, T_b)]
+    sooner = -slab(a, every[0], b, every[1], ways).max()
+    exact = max(abs(distance - least), joined, -distance - sooner) <= RIGHT * size
+    return bool(exact and off <= NORMAL * size)
+
+
+def _awkward(rng: np.random.Generator, scale: float):
+    """A ball, capsule, box, cylinder, cone or hull; some with sides a hundredth of the others, or flat."""
+    x, y, z = (scale * 10.0 ** rng.uniform(-2.5 if rng.random() < 0.4 else -0.5, 0.0, 3)).tolist()
+    kind = int(rng.integers(6))
+    if kind == 5:
+        corners = rng.normal(size=(int(rng.choice([5, 8, 30])), 3)) * (x, y, z)
+        return collision.ConvexHull(corners)
+    makes = (
+        lambda: collision.Sphere(x), lambda: collision.Capsule(x, y), lambda: collision.Box((x, y, z)),
+        lambda: collision.Cylinder(x, y), lambda: collision.Cone(x, y),
+    )  # fmt: skip
+    return makes[kind]()
+
+
+def _placed(rng: np.random.Generator, scale: float) -> np.ndarray:
+    """(1, 4, 4) a pose: anywhere, by quarter turns, about one axis, or all but parallel to the axes."""
+    T, kind = random_poses(1, 0.7, int(rng.integers(2**31))), int(rng.integers(4))
+    if kind > 0:
+        quarters = np.eye(3)[rng.integers(3)] * rng.integers(4) * np.pi / 2
+        about_one = np.eye(3)[rng.integers(3)] * rng.uniform(-3.0, 3.0)
+        turns = (quarters, about_one, rng.normal(size=3) * 10.0 ** rng.uniform(-12.0, -2.0))
+        T[0, :3, :3] = Rotation.from_rotvec(turns[kind - 1]).as_matrix()
+        T[0, rng.integers(3), 3] *= rng.integers(2)
+    T[0, :3, 3] *= scale
+    return T
 
 
 def slab(a: object, T_a: np.ndarray, b: object, T_b: np.ndarray, normal: np.ndarray) -> np.ndarray:

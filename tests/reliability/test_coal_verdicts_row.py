@@ -10,6 +10,7 @@ from tests.collision.arms import scene
 from tests.collision.peer import BODIES, random_poses
 from tests.reliability import coal_verdicts
 from tests.reliability.coal_paths import primitives
+from tests.sizes import size
 
 
 @pytest.mark.row("R20")
@@ -17,7 +18,7 @@ from tests.reliability.coal_paths import primitives
 def test_verdicts_are_those_of_coal_and_distances_lie_between_two_bounds():
     arm, peer = primitives()
     rng = np.random.default_rng(20)
-    total = coal_verdicts.pairs(0, 1500)
+    total = coal_verdicts.pairs(0, 1500) | coal_verdicts.awkward_pairs(0, size(300, 5_000))
     for k in range(4):
         q = rng.uniform(arm.robot.limits.lower, arm.robot.limits.upper, (250, arm.robot.n))
         for name, value in coal_verdicts.compared(arm.with_scene(scene(k, 3 + k)), peer, q).items():

@@ -8,13 +8,16 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from math import prod
+from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil import threads
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Truth, as_batch, single
+from mafsil.collision import segment_loops
 from mafsil.collision.arm_in_scene import ArmInScene, not_negative
 from mafsil.collision.status import CheckStatus, Clearance, CollisionCheck, ContactPair, unchecked_as_data
 from mafsil.errors import InputError
@@ -25,15 +28,17 @@ if TYPE_CHECKING:
     import mafsil.collision.distance_loops as distance_loops
     import mafsil.collision.layout as layout
     import mafsil.collision.sampled_pairs as sampled_pairs
-    import mafsil.collision.segment_loops as segment_loops
 else:
     distance_loops = lazily("mafsil.collision.distance_loops")
     layout = lazily("mafsil.collision.layout")
     sampled_pairs = lazily("mafsil.collision.sampled_pairs")
-    segment_loops = lazily("mafsil.collision.segment_loops")
 
 
 MOST_CONTACTS = 200
+FLOAT64 = np.dtype(np.float64)
+VERDICTS: tuple[Any, Any] = (np.False_, np.True_)
+ROWS_OF_THREAD = 1024
+"""States that a thread checks before it takes others: a fraction of a millisecond."""
 
 
 class Checker(ArmInScene):
@@ -80,14 +85,32 @@ class Checker(ArmInScene):
         Raises:
             InputError: a wrong shape, NaN or infinities.
         """
+        code = self._collides_at(q)
+        if code >= 0:
+            return VERDICTS[code]
         rows, batch = self._rows(q)
-        found = np.empty(len(rows), np.bool_)
-        segment_loops.collide(self.workshop(), rows, found)
+        found, shop = np.empty(len(rows), np.bool_), self.workshop()
+        if len(rows) <= ROWS_OF_THREAD:
+            segment_loops.collide(shop, rows, found)
+            return found.reshape(batch)
+
+        def part(k: int) -> None:
+            here = slice(k * ROWS_OF_THREAD, (k + 1) * ROWS_OF_THREAD)
+            segment_loops.collide(self.workshop(), rows[here], found[here])
+
+        threads.run(part, -(-len(rows) // ROWS_OF_THREAD), threads.available())
         return found.reshape(batch)
 
     def free(self, q: ArrayLike) -> Truth:
         """Whether the arm keeps more than the clearance; arguments as `in_collision`."""
-        return ~self.in_collision(q)
+        code = self._collides_at(q)
+        return VERDICTS[1 - code] if code >= 0 else ~self.in_collision(q)
+
+    def _collides_at(self, q: ArrayLike) -> int:
+        """Whether one configuration in an array of its own collides, 0 or 1; -1 for all else, which is looked at."""
+        if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape == (self.robot.mechanism.n,):
+            return segment_loops.collides_at(self._workshops.get(get_ident()) or self.workshop(), q)
+        return -1
 
     def distance(self, q: ArrayLike, *, within: float = np.inf) -> Clearance:
         """Smallest distance, its points, bodies and gradient by q.
@@ -103,11 +126,16 @@ class Checker(ArmInScene):
             within = not_negative("within", within, most=np.inf)
         rows, batch = self._rows(q)
         out, who = np.zeros((len(rows), 10)), np.zeros((len(rows), 2), np.int64)
-        gradient, shop = np.zeros(rows.shape), self.workshop()
-        for begin, poses in layout.poses_in_parts(self.robot, rows):
-            part = slice(begin, begin + len(poses))
-            distance_loops.distances(shop, rows[part], poses, within, out[part], who[part])
-            distance_loops.gradients(self.laid.motion, poses, out[part], who[part], gradient[part])
+        gradient, motion = np.zeros(rows.shape), self.laid.motion
+        self.workshop()  # What all threads share is laid out by one.
+
+        def part(k: int) -> None:
+            here = slice(k * layout.CHUNK, (k + 1) * layout.CHUNK)
+            poses = self.robot.link_poses(rows[here])
+            distance_loops.distances(self.workshop(), rows[here], poses, within, out[here], who[here])
+            distance_loops.gradients(motion, poses, out[here], who[here], gradient[here])
+
+        threads.run(part, -(-len(rows) // layout.CHUNK), threads.available() if len(rows) > layout.CHUNK else 1)
         first, second = self._names(out, who)
         point_first, point_second, normal = (out[:, k : k + 3].reshape(*batch, 3) for k in (1, 4, 7))
         return Clearance(

@@ -15,7 +15,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.collision.piece_loops import corner
-from mafsil.kernels.loops.loop import compiled
+from mafsil.kernels.loops.loop import compiled, inlined
 
 MOST_CORNERS = 160
 WORKSPACE = 11 * MOST_CORNERS + 2
@@ -162,38 +162,53 @@ def _apart(a: Floats, b: Floats) -> float:
     return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
 
-@compiled
+@inlined
 def _add_face(faces: Floats, at: int, i: int, j: int, k: int, C: Floats, inside: Floats) -> None:
     """Row `at` of the faces: the normal of three corners away from `inside`, its distance, the corners' indices."""
+    ax, ay, az = C[i, 0], C[i, 1], C[i, 2]
+    ux, uy, uz = C[j, 0] - ax, C[j, 1] - ay, C[j, 2] - az
+    vx, vy, vz = C[k, 0] - ax, C[k, 1] - ay, C[k, 2] - az
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    length = np.sqrt(x * x + y * y + z * z)
+    share = 1.0 / length if length > 0.0 else 0.0
+    if x * (inside[0] - ax) + y * (inside[1] - ay) + z * (inside[2] - az) > 0.0:
+        share, j, k = -share, k, j
     n = faces[at]
-    flat = _cross(C[i], C[j], C[k], n) == 0.0
-    distance = n[0] * C[i, 0] + n[1] * C[i, 1] + n[2] * C[i, 2]
-    if n[0] * inside[0] + n[1] * inside[1] + n[2] * inside[2] > distance:
-        for c in range(3):
-            n[c] = -n[c]
-        distance = -distance
-        j, k = k, j
-    n[3] = np.inf if flat else distance
+    n[0], n[1], n[2] = share * x, share * y, share * z
+    n[3] = n[0] * ax + n[1] * ay + n[2] * az if length > 0.0 else np.inf
     n[4], n[5], n[6] = i, j, k
+
+
+@inlined
+def _nearest_face(faces: Floats, total: int) -> int:
+    """The face whose plane is nearest to the origin."""
+    near, least = 0, faces[0, 3]
+    for k in range(1, total):
+        if faces[k, 3] < least:
+            near, least = k, faces[k, 3]
+    return near
 
 
 @compiled
 def grown_depth(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
-    M: Floats, S: Floats, count: int, n: Floats, W: Floats,
+    M: Floats, S: Floats, count: int, deepest: Floats, W: Floats,
 ) -> tuple[float, float]:  # fmt: skip
     """Bounds of the depth of two cores that meet, by a polytope that grows inside their difference.
 
     1. The corners that GJK left become a tetrahedron; a difference without volume has depth 0.
     2. The face nearest to the origin bounds the depth from below, the corner furthest along its normal from above.
-    3. Where the bounds meet, that is the depth; else the corner joins: faces that see it go, and it is joined to the
-       edges that only one of them had.
+    3. Where the bounds of one face meet, that is the depth; else the corner joins: faces that see it go, and it is
+       joined to the edges that only one of them had.
+    4. The foot of the origin on the best face is a mean of its corners; the same mean of points of A and B is where
+       they are deepest.
 
     Args:
         kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M: as in `core_distance`.
         S: (4 or more, 6) corners of the simplex that GJK ended with.
         count: of them.
-        n: (3,) out: unit direction in A along which A leaves B soonest, as far as the upper bound.
+        deepest: (2, 6) out: points of A and B; unit direction in A along which A leaves B soonest, as far as the upper
+            bound. Of a difference without volume the direction alone.
         W: (WORKSPACE, 10) to work in: corners, faces, edges.
 
     Returns:
@@ -201,65 +216,104 @@ def grown_depth(
     """
     last = MOST_CORNERS + 4 * MOST_CORNERS
     C, faces, edges = W[:MOST_CORNERS], W[MOST_CORNERS:last], W[last : last + 6 * MOST_CORNERS]
-    inside, m = W[last + 6 * MOST_CORNERS], W[last + 6 * MOST_CORNERS + 1]
+    inside, best = W[last + 6 * MOST_CORNERS], W[last + 6 * MOST_CORNERS + 1]
     for k in range(count):
         for c in range(6):
             C[k, c] = S[k, c]
-    if _thicken(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, C, count, m) < 4:  # 1
-        n[0], n[1], n[2] = m[0], m[1], m[2]
+    if _thicken(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, C, count, deepest[1]) < 4:  # 1
         return 0.0, 0.0
     for k in range(3):
         inside[k] = (C[0, k] + C[1, k] + C[2, k] + C[3, k]) / 4.0
     for k in range(4):
         _add_face(faces, k, k, (k + 1) % 4, (k + 2) % 4, C, inside)
     corners, total, lower, upper = 4, 4, 0.0, np.inf
+    gap = GAP * np.sqrt(size_of(C, 4))
     while True:
-        near = 0  # 2
-        for k in range(1, total):
-            if faces[k, 3] < faces[near, 3]:
-                near = k
-        m[0], m[1], m[2] = faces[near, 0], faces[near, 1], faces[near, 2]
-        corner(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, m[0], m[1], m[2], C[corners])
+        near = _nearest_face(faces, total)  # 2
+        x, y, z, height = faces[near, 0], faces[near, 1], faces[near, 2], faces[near, 3]
         w = C[corners]
-        reach = m[0] * w[0] + m[1] * w[1] + m[2] * w[2]
-        lower = max(lower, faces[near, 3])
-        if reach < upper:
+        corner(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, x, y, z, w)
+        wx, wy, wz = w[0], w[1], w[2]
+        reach = x * wx + y * wy + z * wz
+        lower = max(lower, height)
+        closed = reach - height <= gap
+        if closed or reach < upper:
             upper = reach
-            n[0], n[1], n[2] = -m[0], -m[1], -m[2]
-        scale = np.sqrt(size_of(C, 4))
-        if upper - lower <= GAP * scale or reach - faces[near, 3] <= GAP * scale or corners == MOST_CORNERS - 1:
+            for c in range(7):
+                best[c] = faces[near, c]
+        if closed or corners == MOST_CORNERS - 1:
             break
-        count = 0  # 3
-        k = 0
+        count, k = 0, 0  # 3
         while k < total:
-            above = faces[k, 0] * w[0] + faces[k, 1] * w[1] + faces[k, 2] * w[2] - faces[k, 3]
-            if above > 0.0 or k == near:
-                for c in range(3):
-                    i, j, twin = faces[k, 4 + c], faces[k, 4 + (c + 1) % 3], -1
-                    for e in range(count):
-                        if edges[e, 0] == j and edges[e, 1] == i:
-                            twin = e
-                    if twin >= 0:
-                        count -= 1
-                        edges[twin, 0], edges[twin, 1] = edges[count, 0], edges[count, 1]
-                    elif count == len(edges):  # Of a polytope so thin that its faces are turned at random.
-                        return min(max(lower, 0.0), upper), upper
-                    else:
-                        edges[count, 0], edges[count, 1] = i, j
-                        count += 1
-                total -= 1
-                if near == k:
-                    near = -1
-                elif near == total:
-                    near = k
-                for c in range(7):
-                    faces[k, c] = faces[total, c]
-            else:
+            if faces[k, 0] * wx + faces[k, 1] * wy + faces[k, 2] * wz <= faces[k, 3] and k != near:
                 k += 1
-        if count == 0 or total + count > len(faces):
+                continue
+            if count + 3 > len(edges):  # Of a polytope so thin that its faces are turned at random.
+                total = 0
+                break
+            for c in range(3):
+                count = _open_edge(edges, count, faces[k, 4 + c], faces[k, 4 + (c + 1) % 3])
+            total -= 1
+            if near == k:
+                near = -1
+            elif near == total:
+                near = k
+            for c in range(7):
+                faces[k, c] = faces[total, c]
+        if total == 0 or count == 0 or total + count > len(faces):
             break
         for e in range(count):
             _add_face(faces, total + e, int(edges[e, 0]), int(edges[e, 1]), corners, C, inside)
         total += count
         corners += 1
-    return min(max(lower, 0.0), upper), upper
+    off, k = _place_foot(C, best, best, deepest), 0
+    while off > gap and k < total:
+        if faces[k, 3] <= upper + gap:
+            off = _place_foot(C, best, faces[k], deepest)
+        k += 1
+    return min(max(lower, 0.0) - off, upper), upper
+
+
+@inlined
+def _open_edge(edges: Floats, count: int, i: float, j: float) -> int:
+    """The edges that one face alone had, after one of a face that goes, from i to j; how many."""
+    for e in range(count):
+        if edges[e, 0] == j and edges[e, 1] == i:
+            edges[e, 0], edges[e, 1] = edges[count - 1, 0], edges[count - 1, 1]
+            return count - 1
+    edges[count, 0], edges[count, 1] = i, j
+    return count + 1
+
+
+@compiled
+def _place_foot(C: Floats, best: Floats, face: Floats, deepest: Floats) -> float:
+    """Points of A and B whose difference is the foot of the origin on the best face (step 4), and the way along it.
+
+    Args:
+        face: that face, or one in the same plane, which is to hold the foot.
+
+    Returns:
+        How far their difference is from the foot: more than rounding if that lies beside the face.
+    """
+    total, x, y, z = 0.0, 0.0, 0.0, 0.0
+    for k in range(6):
+        deepest[0, k] = 0.0
+    for c in range(3):
+        a, b, w = C[int(face[4 + c])], C[int(face[4 + (c + 1) % 3])], C[int(face[4 + (c + 2) % 3])]
+        share = (
+            face[0] * (a[1] * b[2] - a[2] * b[1])
+            + face[1] * (a[2] * b[0] - a[0] * b[2])
+            + face[2] * (a[0] * b[1] - a[1] * b[0])
+        )
+        share = max(share, 0.0)
+        total, x, y, z = total + share, x + share * w[0], y + share * w[1], z + share * w[2]
+        for k in range(3):
+            deepest[0, k] += share * w[3 + k]
+    if total > 0.0:
+        x, y, z, total = x / total, y / total, z / total, 1.0 / total
+    for k in range(3):
+        deepest[0, k] *= total
+        deepest[0, 3 + k] = deepest[0, k] - best[3] * best[k]
+        deepest[1, k] = -best[k]
+    x, y, z = x - best[3] * best[0], y - best[3] * best[1], z - best[3] * best[2]
+    return np.sqrt(x * x + y * y + z * z) if total > 0.0 else np.inf

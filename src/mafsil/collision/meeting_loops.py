@@ -312,12 +312,16 @@ def meets_itself(
 
 
 @inlined
-def colliding_lanes(shop: Held[Workshop], world: World, bench: Bench) -> int:
-    """Bits of the lanes whose state brings the arm within the clearance of its surroundings or of itself."""
+def colliding_lanes(shop: Held[Workshop], world: World, wanted: int, bench: Bench) -> int:
+    """Bits of the lanes whose state brings the arm within the clearance of its surroundings or of itself.
+
+    Args:
+        wanted: bits of the lanes that hold a state of their own; the others count as colliding.
+    """
     arm, s = world.arm, bench.s
     without_pieces(s)
     place_cells(world.known, world.kinematics.q_lanes, bench.cells)
-    found, none, some = 0, lanes(0.0), len(world.around.boxes) > 0
+    found, none, some = ALL & ~wanted, lanes(0.0), len(world.around.boxes) > 0
     for b in range(len(arm.bodies)):
         if some and arm.bodies[b, 3] > arm.bodies[b, 1]:
             found |= meets_around(shop, world, b, none, ALL & ~found, none, False, bench) >> WIDTH

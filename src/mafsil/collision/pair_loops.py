@@ -1,9 +1,10 @@
 """Signed distance of two convex pieces, compiled: closed forms where they are exact and short, else GJK and a depth.
 
 1. Points and segments (balls and capsules), a point and a box, cylinder or cone, a half space and any: closed forms.
-2. Else the cores' distance by GJK; where they meet, their depth (`depth_loops`) and the points by parting them: B goes
-   back by the depth and a little more, GJK finds the points, and what it found over is taken off again. On round
-   cores the normal found there is nearer to the best one than the last was, so it is done again.
+2. Else the cores' distance by GJK; where they meet, their depth and its points by a polytope (`depth_loops`). Where its
+   bounds stay apart, B goes back by the depth and a little more, GJK finds the points, and what it found over is taken
+   off again. On round cores the normal found there is nearer to the best one than the last was, so it is done again.
+   Where cores all but touch, their distance has no direction: the normal is that of the depth.
 3. The roundings come off: distance, points and normal are those of the pieces.
 """
 
@@ -20,6 +21,16 @@ from mafsil.kernels.loops.loop import compiled
 
 CLEAR = 0.1
 """How far, relative to the size of the smaller core, B is moved beyond its depth to find the points."""
+CLOSED = 1e-9
+"""Gap of the bounds of a depth, relative to the sizes of both cores, at which its points are taken as they are."""
+TOUCHING = 1e-8
+"""Distance of cores, relative to their sizes, below which rounding decides its direction: then the normal is that of
+the faces that touch."""
+TURNED = 1e-5
+"""Gap of the bounds, relative to the distance, above which its direction is not known; cores may be nearer to each
+other than this, relative to their sizes, for that."""
+PARALLEL = 1e-6
+"""Square of the sine of the angle between two lines below which where they are nearest is known too badly."""
 SHARPENED = 40
 """Times that a depth of round cores is sharpened at most."""
 WORKSPACE = (40 + depth_loops.WORKSPACE, 10)
@@ -29,13 +40,15 @@ ROW = 10
 
 
 @compiled
-def _set_normal(W: Floats, x: float, y: float, z: float) -> float:
-    """Row 6 of W: the unit vector along (x, y, z), or z if that is zero; the length."""
+def _set_normal(W: Floats, x: float, y: float, z: float, size: float) -> float:
+    """Row 6 of W: the unit vector along (x, y, z), as it was if rounding decides its direction; the length.
+
+    Args:
+        size: of the cores.
+    """
     length = np.sqrt(x * x + y * y + z * z)
-    if length > 0.0:
+    if length > TOUCHING * size:
         W[6, 0], W[6, 1], W[6, 2] = x / length, y / length, z / length
-    else:
-        W[6, 0], W[6, 1], W[6, 2] = 0.0, 0.0, 1.0
     return length
 
 
@@ -44,18 +57,20 @@ def _segments(h: float, k: float, M: Floats, W: Floats) -> float:
     """Distance of two segments of half lengths h and k, points in row 5, normal in row 6.
 
     1. The point of each line nearest to the other line, if both lie within the segments.
-    2. Each end to the other segment: without 1 the nearest pair has an end in it.
+    2. Each end to the other segment: without 1 the nearest pair has an end in it, and of lines that are nearly parallel
+       rounding decides 1.
+    3. Segments that meet lie in a plane, and its normal parts them.
     """
     dx, dy, dz = M[0, 2], M[1, 2], M[2, 2]
     cx, cy, cz = M[0, 3], M[1, 3], M[2, 3]
     best, s, t = np.inf, 0.0, 0.0
     across = dx * dx + dy * dy
-    if across > 1e-12:  # 1
+    if across > 0.0:  # 1
         t = -(dx * cx + dy * cy) / across
         s = cz + t * dz
         if abs(t) <= k and abs(s) <= h:
             best = (cx + t * dx) ** 2 + (cy + t * dy) ** 2
-    if best == np.inf:
+    if best == np.inf or across < PARALLEL:
         for end in (-1.0, 1.0):  # 2
             u = end * h
             v = min(k, max(-k, dz * (u - cz) - dx * cx - dy * cy))
@@ -69,31 +84,27 @@ def _segments(h: float, k: float, M: Floats, W: Floats) -> float:
                 best, s, t = square, u, v
     W[5, 0], W[5, 1], W[5, 2] = 0.0, 0.0, s
     W[5, 3], W[5, 4], W[5, 5] = cx + t * dx, cy + t * dy, cz + t * dz
-    length = _set_normal(W, -W[5, 3], -W[5, 4], s - W[5, 5])
-    if length == 0.0:
-        if across > 1e-12:
-            _set_normal(W, -dy, dx, 0.0)
-        else:
-            _set_normal(W, 1.0, 0.0, 0.0)
-    return length
+    W[6, 0], W[6, 1], W[6, 2] = 1.0, 0.0, 0.0  # 3
+    if across > 0.0:
+        W[6, 0], W[6, 1] = -dy / np.sqrt(across), dx / np.sqrt(across)
+    return _set_normal(W, -W[5, 3], -W[5, 4], s - W[5, 5], h + k)
 
 
 @compiled
 def _point_in_box(size: Floats, x: float, y: float, z: float, W: Floats) -> float:
     """Signed distance of a box (A) and a point (B), points in row 5, normal in row 6."""
     W[5, 3], W[5, 4], W[5, 5] = x, y, z
-    for k in range(3):
-        W[5, k] = min(size[k], max(-size[k], W[5, 3 + k]))
-    length = _set_normal(W, W[5, 0] - x, W[5, 1] - y, W[5, 2] - z)
-    if length > 0.0:
-        return length
     depth, axis = np.inf, 0
     for k in range(3):
+        W[5, k] = min(size[k], max(-size[k], W[5, 3 + k]))
+        W[6, k] = 0.0
         if size[k] - abs(W[5, 3 + k]) < depth:
             depth, axis = size[k] - abs(W[5, 3 + k]), k
-    W[6, 0], W[6, 1], W[6, 2] = 0.0, 0.0, 0.0
     side = 1.0 if W[5, 3 + axis] >= 0.0 else -1.0
     W[6, axis] = -side
+    length = _set_normal(W, W[5, 0] - x, W[5, 1] - y, W[5, 2] - z, size[0] + size[1] + size[2])
+    if length > 0.0:
+        return length
     W[5, axis] = side * size[axis]
     return -depth
 
@@ -103,19 +114,21 @@ def _point_in_cylinder(size: Floats, x: float, y: float, z: float, W: Floats) ->
     """Signed distance of a cylinder (A) and a point (B), points in row 5, normal in row 6."""
     across = np.sqrt(x * x + y * y)
     ux, uy = (x / across, y / across) if across > 0.0 else (1.0, 0.0)
-    radius, height = min(across, size[0]), min(size[2], max(-size[2], z))
-    W[5, 3], W[5, 4], W[5, 5] = x, y, z
-    if across > size[0] or abs(z) > size[2]:
-        W[5, 0], W[5, 1], W[5, 2] = radius * ux, radius * uy, height
-        return _set_normal(W, (radius - across) * ux, (radius - across) * uy, height - z)
     side = 1.0 if z >= 0.0 else -1.0
-    if size[0] - across < size[2] - abs(z):
-        W[5, 0], W[5, 1], W[5, 2] = size[0] * ux, size[0] * uy, z
-        W[6, 0], W[6, 1], W[6, 2] = -ux, -uy, 0.0
-        return across - size[0]
-    W[5, 0], W[5, 1], W[5, 2] = x, y, side * size[2]
+    wall, cap = size[0] - across, size[2] - abs(z)
+    W[5, 3], W[5, 4], W[5, 5] = x, y, z
     W[6, 0], W[6, 1], W[6, 2] = 0.0, 0.0, -side
-    return abs(z) - size[2]
+    if wall < cap:
+        W[6, 0], W[6, 1], W[6, 2] = -ux, -uy, 0.0
+    if wall < 0.0 or cap < 0.0:
+        radius, height = min(across, size[0]), min(size[2], max(-size[2], z))
+        W[5, 0], W[5, 1], W[5, 2] = radius * ux, radius * uy, height
+        return _set_normal(W, (radius - across) * ux, (radius - across) * uy, height - z, size[0] + size[2])
+    if wall < cap:
+        W[5, 0], W[5, 1], W[5, 2] = size[0] * ux, size[0] * uy, z
+    else:
+        W[5, 0], W[5, 1], W[5, 2] = x, y, side * size[2]
+    return -min(wall, cap)
 
 
 @compiled
@@ -123,7 +136,7 @@ def _point_in_cone(size: Floats, x: float, y: float, z: float, W: Floats) -> flo
     """Signed distance of a cone (A) and a point (B), points in row 5, normal in row 6.
 
     1. In the half plane through the axis and the point the cone is a triangle: the point nearest on its slant and on
-       its base; the nearer of them.
+       its base; the nearer of them, and the normal of that side.
     2. The point is inside if it is above the base and below the slant.
     """
     across = np.sqrt(x * x + y * y)
@@ -134,14 +147,17 @@ def _point_in_cone(size: Floats, x: float, y: float, z: float, W: Floats) -> flo
     slant_across, slant_up = r * (1.0 - share), 2.0 * h * share - h
     slant = np.sqrt((across - slant_across) ** 2 + (z - slant_up) ** 2)
     base = np.sqrt(max(0.0, across - r) ** 2 + (z + h) ** 2)
+    side = np.sqrt(r * r + 4.0 * h * h)
+    W[6, 0], W[6, 1], W[6, 2] = -2.0 * h / side * ux, -2.0 * h / side * uy, -r / side
     if base < slant:
         slant_across, slant_up = min(across, r), -h
+        W[6, 0], W[6, 1], W[6, 2] = 0.0, 0.0, 1.0
     W[5, 0], W[5, 1], W[5, 2] = slant_across * ux, slant_across * uy, slant_up
     W[5, 3], W[5, 4], W[5, 5] = x, y, z
     inside = z > -h and 2.0 * h * across < r * (h - z)  # 2
     sign = -1.0 if inside else 1.0
     away = sign * (slant_across - across)
-    return sign * _set_normal(W, away * ux, away * uy, sign * (slant_up - z))
+    return sign * _set_normal(W, away * ux, away * uy, sign * (slant_up - z), r + h)
 
 
 @compiled
@@ -182,23 +198,24 @@ def _meeting(
 ) -> float:  # fmt: skip
     """Minus the depth of two cores that meet, points in row 5, normal in row 6.
 
-    1. Two boxes or simpler have their depth in closed form; others bounds of it, along a direction.
-    2. B moves back along that direction until it is just clear; the distance there sharpens depth and direction, again
-       while that gains something. B stands where it stood.
+    1. Two boxes or simpler have their depth in closed form, others bounds of it that meet; those have points too.
+    2. Else B moves back along that direction until it is just clear; the distance there sharpens depth and direction,
+       again while that gains something. B stands where it stood.
     3. The points nearest to each other are placed a depth apart about their middle.
     """
-    n = W[6]
+    n, sharpened, size = W[6], 1, _extent(kind_a, size_a, vertices_a)
+    other = _extent(kind_b, size_b, vertices_b)
     if kind_a <= 2 and kind_b <= 2:  # 1
         depth = box_depth(size_a, size_b, M, n)
-        sharpened = 1
     else:
-        _, depth = grown_depth(
-            kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, W[0:5], corners, n, W[40:]
+        lower, depth = grown_depth(
+            kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, W[0:5], corners, W[5:7], W[40:]
         )  # fmt: skip
+        if depth != 0.0 and depth - lower <= CLOSED * (size + other):
+            _part_about_middle(W[5], max(depth, 0.0), W)
+            return -max(depth, 0.0)
         sharpened = SHARPENED
     depth = max(depth, 0.0)
-    size = _extent(kind_a, size_a, vertices_a)
-    other = _extent(kind_b, size_b, vertices_b)
     clear = CLEAR * (min(size, other) if min(size, other) > 0.0 else max(size, other))
     px, py, pz = M[0, 3], M[1, 3], M[2, 3]
     nx, ny, nz = n[0], n[1], n[2]
@@ -211,7 +228,7 @@ def _meeting(
             break
         ux, uy, uz = (W[5, 0] - W[5, 3]) / over, (W[5, 1] - W[5, 4]) / over, (W[5, 2] - W[5, 5]) / over
         reach = back * (nx * ux + ny * uy + nz * uz) - over
-        if not reach < found:
+        if not reach < found + 1e-12 * clear:
             break
         gained = found - reach
         found = max(reach, 0.0)
@@ -223,11 +240,16 @@ def _meeting(
     M[0, 3], M[1, 3], M[2, 3] = px, py, pz
     W[6, 0], W[6, 1], W[6, 2] = nx, ny, nz
     if found < np.inf:  # 3
-        for k in range(3):
-            middle = (W[14, k] + W[14, 3 + k]) / 2.0
-            W[5, k], W[5, 3 + k] = middle - found / 2.0 * W[6, k], middle + found / 2.0 * W[6, k]
-        return -found
+        _part_about_middle(W[14], found, W)
     return -depth
+
+
+@compiled
+def _part_about_middle(points: Floats, depth: float, W: Floats) -> None:
+    """Points in row 5, a depth apart along the normal about the middle of two points."""
+    for k in range(3):
+        middle, half = (points[k] + points[3 + k]) / 2.0, depth / 2.0 * W[6, k]
+        W[5, k], W[5, 3 + k] = middle - half, middle + half
 
 
 @compiled
@@ -292,7 +314,15 @@ def core_pair(
         return upper, upper
     if lower > cutoff:
         return lower, upper
-    _set_normal(W, W[5, 0] - W[5, 3], W[5, 1] - W[5, 4], W[5, 2] - W[5, 5])
+    x, y, z = W[5, 0] - W[5, 3], W[5, 1] - W[5, 4], W[5, 2] - W[5, 5]
+    size = _extent(kind_a, size_a, vertices_a) + _extent(kind_b, size_b, vertices_b)
+    if upper <= TOUCHING * size or (upper - lower > TURNED * upper and upper <= TURNED * size):
+        for k in range(6):
+            W[15, k] = W[5, k]
+        _meeting(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, corners, W)
+        _part_about_middle(W[15], -upper, W)
+        return lower, upper
+    _set_normal(W, x, y, z, 0.0)
     return lower, upper
 
 

@@ -254,7 +254,28 @@ def colliding_rows(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np
     world, bench = open_held(shop)
     for first in range(0, count, WIDTH):
         pose_lanes_of(world.kinematics, q[:count], first)
-        bits[first // WIDTH] = colliding_lanes(shop, world, bench)
+        wanted = first_lanes(count - first)
+        bits[first // WIDTH] = colliding_lanes(shop, world, wanted, bench) & wanted
+
+
+@inlined
+def first_lanes(count: int) -> int:
+    """Bits of so many lanes, of all where there are more."""
+    return ALL if count >= WIDTH else (1 << count) - 1
+
+
+@compiled
+def collides_at(shop: Held[Workshop], q: Floats) -> int:
+    """Whether one configuration (n,) brings the arm within the clearance, 0 or 1; -1 if a number is none.
+
+    It is for callers who ask for one state after the other: nothing is allocated.
+    """
+    for c in range(len(q)):
+        if not abs(q[c]) < np.inf:
+            return -1
+    world, bench = open_held(shop)
+    pose_lanes_of(world.kinematics, q.reshape(1, len(q)), 0)
+    return colliding_lanes(shop, world, 1, bench) & 1
 
 
 @compiled

@@ -7,24 +7,31 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, Scalar, Truth, Vector3
+from mafsil.arrays import Floats, JointVector, PoseMatrix, Scalar, Truth, Vector3, frozen
 from mafsil.collision.scene import Obstacle, Scene
-from mafsil.collision.shapes import Geometry, Plane
+from mafsil.collision.shapes import Geometry, Plane, checked_geometry
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
+from mafsil.model.link import Mesh
 from mafsil.model.placement import checked_poses
 
 if TYPE_CHECKING:
     import mafsil.collision.arm_loops as near_loops
 else:
     near_loops = lazily("mafsil.collision.arm_loops")
+
+
+HERE = frozen(np.eye(4))
+"""Where a geometry without a place stands."""
 
 
 class CheckStatus(Status):
@@ -247,25 +254,38 @@ def distance(
     Raises:
         InputError: no geometry, no pose, NaN or infinities, two half spaces.
     """
-    first, second = (x if isinstance(x, Obstacle) else Obstacle(x) for x in (a, b))
-    if isinstance(first.geometry, Plane) and isinstance(second.geometry, Plane):
+    (first, place_a, name_a), (second, place_b, name_b) = _body(a), _body(b)
+    flipped = isinstance(first, Plane)
+    if flipped and isinstance(second, Plane):
         raise InputError("collision.two_planes")
-    poses = [_poses(n, T, x) for n, T, x in (("T_sa", T_sa, first), ("T_sb", T_sb, second))]
-    T_a, T_b = np.broadcast_arrays(*poses)
+    T_a = place_a if T_sa is None else checked_poses("T_sa", T_sa)
+    T_b = place_b if T_sb is None else checked_poses("T_sb", T_sb)
+    if T_a.shape != T_b.shape:
+        T_a, T_b = np.broadcast_arrays(T_a, T_b)
     batch = T_a.shape[:-2]
-    flipped = isinstance(first.geometry, Plane)
     moving, still = (second, first) if flipped else (first, second)
-    pieces = Scene([Obstacle(moving.geometry)]).pieces
-    around = Scene([Obstacle(still.geometry)]).surroundings
-    out = np.empty((int(np.prod(batch)), 10))
-    flat = [np.array(T.reshape(-1, 4, 4), order="C") for T in ((T_b, T_a) if flipped else (T_a, T_b))]
-    near_loops.nearest_of_all(pieces, flat[0], around, flat[1], out)
+    out = np.empty((prod(batch), 10))
+    flat = [np.ascontiguousarray(T).reshape(-1, 4, 4) for T in ((T_b, T_a) if flipped else (T_a, T_b))]
+    near_loops.nearest_of_all(_alone(moving).pieces, flat[0], _alone(still).surroundings, flat[1], out)
     point_a, point_b, normal = (out[:, k : k + 3].reshape(*batch, 3) for k in (1, 4, 7))
     if flipped:
         point_a, point_b, normal = point_b, point_a, -normal
-    kinds = tuple(x.name or type(x.geometry).__name__.lower() for x in (first, second))
-    return Separation((kinds[0], kinds[1]), out[:, 0].reshape(batch), point_a, point_b, normal)
+    return Separation((name_a, name_b), out[:, 0].reshape(batch), point_a, point_b, normal)
 
 
-def _poses(name: str, given: ArrayLike | None, body: Obstacle) -> Floats:
-    return body.T_so if given is None else checked_poses(name, given)
+def _body(given: Obstacle | Geometry) -> tuple[Geometry, PoseMatrix, str]:
+    """A geometry, its place and how answers call it."""
+    if not isinstance(given, Obstacle):
+        checked_geometry("geometry", given)
+        return given, HERE, type(given).__name__.lower()
+    return given.geometry, given.T_so, given.name or type(given.geometry).__name__.lower()
+
+
+def _alone(geometry: Geometry) -> Scene:
+    """A geometry as the loops read it, kept for the next question; but what a file holds may change."""
+    return Scene([geometry]) if isinstance(geometry, Mesh) else _kept_alone(geometry)
+
+
+@lru_cache(maxsize=8)
+def _kept_alone(geometry: Geometry) -> Scene:
+    return Scene([geometry])

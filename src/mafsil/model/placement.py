@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import atan2, cos, pi, sin
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,13 +61,7 @@ def checked_poses(name: str, value: ArrayLike) -> PoseMatrix:
         InputError, ModelError: as `checked_pose`.
     """
     T = as_batch(name, value, (4, 4), finite=True)
-    if T.ndim == 2 and _is_pose(*T.tolist()):
-        return T
-    R = T[..., :3, :3]
-    off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1))
-    off = np.maximum(off, np.abs(T[..., 3, :] - (0, 0, 0, 1)).max(axis=-1))
-    wrong = (off > PRINTED_ROTATION) | (np.linalg.det(R) < 0.0)
-    if not wrong.any():
+    if T.size == 0 or (_is_pose(T.tolist()) if T.ndim == 2 else _are_poses(T)):
         return T
     try:
         return membership.require("pose", name, T)
@@ -75,13 +69,31 @@ def checked_poses(name: str, value: ArrayLike) -> PoseMatrix:
         raise ModelError(fault.key, **fault.details) from None
 
 
-def _is_pose(x: list[float], y: list[float], z: list[float], last: list[float]) -> bool:
+def _is_pose(T: list[list[float]]) -> bool:
     """Whether four rows are a pose; of one matrix NumPy spends ten times as long on it."""
-    (a, b, c, _), (d, e, f, _), (g, h, i, _) = x, y, z
-    lengths = abs(a * a + b * b + c * c - 1.0), abs(d * d + e * e + f * f - 1.0), abs(g * g + h * h + i * i - 1.0)
-    angles = abs(a * d + b * e + c * f), abs(a * g + b * h + c * i), abs(d * g + e * h + f * i)
-    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
-    return max(*lengths, *angles) <= PRINTED_ROTATION and determinant >= 0.0 and last == [0.0, 0.0, 0.0, 1.0]
+    defects, determinant = _orthogonality(T)
+    return (
+        max(defects) <= PRINTED_ROTATION
+        and min(defects) >= -PRINTED_ROTATION
+        and determinant >= 0.0
+        and T[3] == [0.0, 0.0, 0.0, 1.0]
+    )
+
+
+def _are_poses(T: PoseMatrix) -> bool:
+    """Whether all matrices of a batch are poses: entry by entry, as NumPy is slow on many small matrices."""
+    entries = np.ascontiguousarray(T.reshape(-1, 16).T).reshape(4, 4, -1)
+    defects, determinant = _orthogonality(entries)
+    off = max(float(np.abs(each).max()) for each in (*defects, *(entries[3] - [[0.0], [0.0], [0.0], [1.0]])))
+    return off <= PRINTED_ROTATION and bool((determinant >= 0.0).all())
+
+
+def _orthogonality(T: Any) -> tuple[tuple[Any, ...], Any]:
+    """What the six products of the rows of a rotation are off by, and its determinant."""
+    (a, b, c, _), (d, e, f, _), (g, h, i, _) = T[:3]
+    lengths = a * a + b * b + c * c - 1.0, d * d + e * e + f * f - 1.0, g * g + h * h + i * i - 1.0
+    angles = a * d + b * e + c * f, a * g + b * h + c * i, d * g + e * h + f * i
+    return (*lengths, *angles), a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
