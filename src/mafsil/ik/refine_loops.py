@@ -345,3 +345,36 @@ def judge_solutions(
                 q[i, k] = x
             inside = inside and low - ON_LIMIT <= x <= high + ON_LIMIT
         within[i] = inside
+
+
+@compiled
+def place_lists(
+    solutions: Floats,
+    errors: Floats,
+    count: Integers,
+    largest: float,
+    q: Floats,
+    residual: Floats,
+    sure: Booleans,
+) -> None:
+    """Lists that stand one after the other, each into the rows of its pose if all its errors are small.
+
+    Args:
+        solutions, errors: (m, n) and (m,) of all poses.
+        count: (k,) how many of each; none, or fewer, where nothing is proven.
+        largest: error of a list that is sure.
+        q, residual: (k, most, n) and (k, most), NaN.
+        sure: (k,) false; set where there is a list.
+    """
+    begin = 0
+    for b in range(len(count)):
+        number = max(0, count[b])
+        good = number > 0
+        for i in range(begin, begin + number):
+            good = good and errors[i] <= largest
+        sure[b] = good
+        for i in range(number if good else 0):
+            residual[b, i] = errors[begin + i]
+            for k in range(solutions.shape[1]):
+                q[b, i, k] = solutions[begin + i, k]
+        begin += number

@@ -17,11 +17,14 @@ Reference: Kantorovich, On Newton's method for functional equations, 1948.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil import threads
 from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.candidate_table import CandidateTable
@@ -36,6 +39,7 @@ from mafsil.lazy_module import lazily
 if TYPE_CHECKING:
     import mafsil.ik.refine_loops as judging_loops
     from mafsil.ik.general import GeneralSix, GeneralSolutions
+    from mafsil.ik.general.offset_wrist import OffsetWrist
 else:
     judging_loops = lazily("mafsil.ik.refine_loops")
 
@@ -48,10 +52,16 @@ PATIENT = 24
 """The same beside folds, where each step may only halve the error."""
 WAYS: Floats = np.array([1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0])
 """How far from a row beside a fold along the direction that moves least [rad]."""
+OFFSET_CHUNK = 512
+"""Poses of an arm with an offset wrist that one thread takes at a time."""
 KEPT_ROWS = 16384
 """Rows that are kept at once."""
 ROWS = 4096
 """Solutions whose poses are kept at once."""
+
+
+NO_FINDINGS: Mapping[int, GeneralSolutions] = {}
+"""Where nothing was asked of elimination."""
 
 
 class Eliminated(NamedTuple):
@@ -62,18 +72,18 @@ class Eliminated(NamedTuple):
         q: (k, most, n) solutions in front, then NaN.
         residual: (k, most) their errors, the larger of distance and angle.
         codes: (k, most) their branches as numbers; None where they have no names.
-        found: what elimination found, also of lists that are not proven; None where it was not asked for all poses.
+        found: what elimination found of poses whose lists are not proven, by place.
     """
 
     sure: NDArray[np.bool_]
     q: JointVector
     residual: Floats
     codes: NDArray[np.int64] | None = None
-    found: GeneralSolutions | None = None
+    found: Mapping[int, GeneralSolutions] = NO_FINDINGS
 
 
 def eliminate_poses(setting: Setting, general: GeneralSix, T: PoseMatrix, q0: JointVector) -> Eliminated:
-    """What elimination proves of many poses.
+    """What the polynomial of an offset wrist, and elimination, prove of many poses.
 
     Args:
         setting: the arm.
@@ -81,18 +91,44 @@ def eliminate_poses(setting: Setting, general: GeneralSix, T: PoseMatrix, q0: Jo
         T: (k, 4, 4) poses; rows that are none are not sure.
         q0: (n,) values to which angles are wound.
     """
-    found = general.solve_all(T)
-    listed: Booleans = np.asarray(np.arange(found.q.shape[1]) < found.count[:, None], dtype=np.bool_)
+    q, residual = np.full((len(T), MOST, setting.robot.n), np.nan), np.full((len(T), MOST), np.nan)
+    sure = np.zeros(len(T), dtype=np.bool_)
+    if general.offset is not None:
+        begins = range(0, len(T), OFFSET_CHUNK)
+        work = partial(_prove_chunk, setting, general.offset, T, q0, q, residual, sure)
+        threads.run(lambda i: work(begins[i]), len(begins), threads.available())
+    rest = np.flatnonzero(~sure)
+    if not len(rest):
+        return Eliminated(sure, q, residual)
+    found = general.solve_all(T[rest])
+    listed: Booleans = np.asarray(np.arange(MOST) < found.count[:, None], dtype=np.bool_)
     row, place = np.nonzero(listed)
-    q, residual = np.full(found.q.shape, np.nan), np.full(found.q.shape[:2], np.nan)
-    sure = found.complete & (found.count > 0)
+    sure[rest] = found.complete & (found.count > 0)
     for begin in range(0, len(row), ROWS):
         rows, places = row[begin : begin + ROWS], place[begin : begin + ROWS]
         solutions = found.q[rows, places]
-        q[rows, places], residual[rows, places], _ = _judged(setting, solutions, T, rows, q0)
+        at = rest[rows]
+        q[at, places], residual[at, places], _ = judge(setting, solutions, T, at, q0)
     sure &= ~(residual > CLEAR).any(axis=1)
     q[~sure], residual[~sure] = np.nan, np.nan
-    return Eliminated(sure, q, residual, None, found)
+    return Eliminated(sure, q, residual, None, {int(rest[i]): found[i] for i in np.flatnonzero(~sure[rest])})
+
+
+def _prove_chunk(
+    setting: Setting,
+    wrist: OffsetWrist,
+    T: PoseMatrix,
+    q0: JointVector,
+    q: JointVector,
+    residual: Floats,
+    sure: NDArray[np.bool_],
+    begin: int,
+) -> None:
+    """What the polynomial of an offset wrist proves of one chunk, into the rows of the batch."""
+    chunk = slice(begin, begin + OFFSET_CHUNK)
+    lists = wrist.solve_poses(T[chunk])
+    solutions, errors, _ = judge(setting, lists.q, T[chunk], lists.rows, q0)
+    judging_loops.place_lists(solutions, errors, lists.counts, CLEAR, q[chunk], residual[chunk], sure[chunk])
 
 
 def proven_set(question: PoseQuestion, found: GeneralSolutions) -> SolutionSet | None:
@@ -106,14 +142,26 @@ def proven_set(question: PoseQuestion, found: GeneralSolutions) -> SolutionSet |
     if not found.complete or not count:
         return None
     T, none = question.T[None], np.zeros(count, dtype=np.int64)
-    q, residual, within = _judged(question.setting, found.q[:count].copy(), T, none, question.q0)
-    if residual.max() > CLEAR:
-        return None
+    q, residual, within = judge(question.setting, found.q[:count].copy(), T, none, question.q0)
+    return None if residual.max() > CLEAR else elimination_set(question, q, residual, within, isolated=False)
+
+
+def elimination_set(
+    question: PoseQuestion, q: JointVector, residual: Floats, within: NDArray[np.bool_], *, isolated: bool
+) -> SolutionSet:
+    """A complete list of solutions without branches as an answer.
+
+    Args:
+        question: about the pose.
+        q, residual, within: (k, n), (k,) and (k,) as `judge` makes them.
+        isolated: whether it is known that none of them can move.
+    """
+    none = np.zeros(len(q), dtype=np.int64)
     rest = within, none - 1, none + UNNAMED, none
-    return SolutionSet(question, q, residual, *rest, method="elimination", complete=True, isolated=False)
+    return SolutionSet(question, q, residual, *rest, method="elimination", complete=True, isolated=isolated)
 
 
-def _judged(
+def judge(
     setting: Setting, q: JointVector, T: PoseMatrix, rows: NDArray[np.int64], q0: JointVector
 ) -> tuple[JointVector, Floats, NDArray[np.bool_]]:
     """Solutions (m, n) wound in place, their errors (m,) by forward kinematics, and which are within the limits (m,).

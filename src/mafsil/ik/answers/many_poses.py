@@ -309,7 +309,7 @@ def one_by_one(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: floa
     answers: dict[int, SolutionSet] = {}
     for i in np.flatnonzero(valid & ~sure).tolist():
         question = Question(setting, clean[i], q0, tolerance)
-        if proven is not None and proven.found is not None:
+        if proven is not None and i in proven.found:
             question.know(proven.found[i])
         answers[i] = answer_at(question)
     most = max([len(one) for one in answers.values()] + ([] if proven is None else [proven.q.shape[1]]), default=0)
