@@ -105,10 +105,10 @@ class OffsetPoses:
         lists, own = self.wrist.solve_poses(poses), setting.middle if others is None else setting.part.own(others)
         if not len(lists.q):
             return None
-        q, residual, within = judge(setting, lists.q, poses, lists.rows, own)
-        if residual.max() > CLEAR:
+        judged = judge(setting, lists.q, poses, lists.rows, own)
+        if judged.worst > CLEAR:
             return None
-        return elimination_set(Question(setting, poses[0], own, tolerance, others), q, residual, within, isolated=True)
+        return elimination_set(Question(setting, poses[0], own, tolerance, others), judged, isolated=True)
 
 
 def offset_poses(setting: Setting) -> OffsetPoses | None:

@@ -22,6 +22,7 @@ from mafsil.ik.general.offset_wrist_loops import (
 )
 from mafsil.ik.general.polish_loops import are_explained, polish
 from mafsil.ik.tolerances import CLEAN, MATCHED
+from mafsil.kernels.loops.entry import Held, open_held
 from mafsil.kernels.loops.lanes import buffer, larger, magnitude, put, spread, square_root
 from mafsil.kernels.loops.loop import reordered
 
@@ -40,17 +41,24 @@ ROUNDING = 1e-13
 
 @reordered
 def solve_poses(
-    arm: OffsetArm, circle: Circle, T: Floats, q: Floats, error: Floats, rows: Integers, count: Integers
+    held_arm: Held[OffsetArm],
+    held_circle: Held[Circle],
+    T: Floats,
+    q: Floats,
+    error: Floats,
+    rows: Integers,
+    count: Integers,
 ) -> int:
     """Proven lists of poses of the tip, one after the other; how many solutions they have together.
 
     Args:
-        arm, circle: constants.
+        held_arm, held_circle: constants.
         T: (k, 4, 4) poses; of what is none, or is rounded, there is no list.
         q, error, rows: (16 k + 8, 6), (16 k + 8,) and (16 k + 8,) solutions, their errors in the loop, and which pose
             each belongs to.
         count: (k,) solutions of each pose; -1 where nothing is proven.
     """
+    arm = open_held(held_arm)
     P, m = np.empty((len(T), 4, 4)), arm.middle
     for b in range(len(T)):
         if _is_pose(T[b]):
@@ -65,7 +73,7 @@ def solve_poses(
                 P[b, r, 3] = shift / arm.unit[0]
         else:
             P[b, 0, 0] = np.nan
-    return solve_loops(arm, circle, P, q, error, rows, count)
+    return solve_loops(held_arm, held_circle, P, q, error, rows, count)
 
 
 @reordered
@@ -87,7 +95,13 @@ def _is_pose(T: Floats) -> bool:
 
 @reordered
 def solve_loops(
-    arm: OffsetArm, circle: Circle, P: Floats, q: Floats, error: Floats, rows: Integers, count: Integers
+    held_arm: Held[OffsetArm],
+    held_circle: Held[Circle],
+    P: Floats,
+    q: Floats,
+    error: Floats,
+    rows: Integers,
+    count: Integers,
 ) -> int:
     """Lists of many displacements of the loop, see `solve_poses`.
 
@@ -96,11 +110,12 @@ def solve_loops(
     3. A list is proven where each zero has a solution of its own.
 
     Args:
-        arm, circle: constants.
+        held_arm, held_circle: constants.
         P: (k, 4, 4) displacements of the loop; NaN where there is none.
         q, error, rows, count: as for `solve_poses`.
     """
     # 1.
+    arm, circle = open_held(held_arm), open_held(held_circle)
     k, nodes = len(P), circle.fourier.shape[0]
     moved, f, h, left = np.empty((k, 27)), np.empty((k, nodes)), np.empty((k, nodes)), np.empty((k, 2))
     zeros, number, certain = np.empty((k, 48)), np.empty(k, np.int64), np.empty(k, np.bool_)

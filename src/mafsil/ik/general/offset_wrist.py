@@ -28,6 +28,7 @@ from mafsil.ik.chain import Chain, meeting_point
 from mafsil.ik.general.elimination import fourier_columns
 from mafsil.ik.general.findings import Findings, loop_frames
 from mafsil.ik.tolerances import EXACT_POSE, SLIGHT, WELL_POSED
+from mafsil.kernels.loops.loop import hold
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -70,12 +71,13 @@ class OffsetWrist:
         angle = 2 * np.pi / len(fourier) * np.arange(len(fourier))
         order = np.arange(5, -1, -1) if seen.reversed != loop.reversed else np.arange(6)
         home, middle, unit = placing
-        self._arm = offset_wrist_loops.OffsetArm(
+        arm = offset_wrist_loops.OffsetArm(
             home, middle, np.array([unit]), loop_frames(loop), numbers, vectors, order, bool(order[0]), self.symmetric
         )
-        self._circle = offset_wrist_loops.Circle(
+        circle = offset_wrist_loops.Circle(
             np.cos(angle)[None], np.sin(angle)[None], fourier, self.degree, *circle_loops.harmonics(self.degree)
         )
+        self._arm, self._circle = hold(arm), hold(circle)
 
     def solve_poses(self, T: PoseMatrix) -> ProvenLists:
         """Proven lists of poses (k, 4, 4) of the tip, one after the other."""
@@ -136,8 +138,7 @@ def _dimensions(chain: Chain) -> tuple[Floats, Floats, bool]:
     origin: Floats = r1 + along[0] * e
     shoulder: Floats = r2 + along[1] * y
     plane: Floats = np.stack([n, np.cross(n, y)])
-    forward: Vector3 = (y - cosine * e) / sine
-    B: Floats = np.stack([forward, n, e])
+    B: Floats = np.array([(y - cosine * e) / sine, n, e], dtype=np.float64)
     elbow: Floats = plane @ (r3 - shoulder)
     k: Floats = plane @ z4
     sine_4, length = float(np.linalg.norm(k)), float(np.linalg.norm(elbow))
