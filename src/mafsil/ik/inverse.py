@@ -18,7 +18,7 @@ from mafsil.arrays import LARGEST, SMALLEST, Floats, JointVector, PoseMatrix, as
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik.answers.candidate_table import CandidateTable
-from mafsil.ik.answers.one_pose import POSE, clear_set, judged_pose, one_pose, pose_near
+from mafsil.ik.answers.one_pose import POSE, OffsetPoses, clear_set, judged_pose, offset_poses, one_pose, pose_near
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import MASKS, Quick, require_task, setting
 from mafsil.ik.answers.solution_set import SolutionSet
@@ -97,6 +97,9 @@ def inverse_kinematics(
         # One pose as programs give it: the compiled closed form decides, and most often its rows are the answer.
         quick = _quick(robot, frame, task) if free is None else None
         if quick is not None and plain:
+            if type(quick) is OffsetPoses:
+                known = quick.proven(T_sd, cast("JointVector | None", q0), tolerance)
+                return _answer(robot, T_sd, frame, task, q0, free, tolerance) if known is None else known
             if q0 is not None:
                 return pose_near(quick, T_sd, cast("JointVector", q0), tolerance)
             q, details, decision = quick.call(T_sd, *quick.preferences, tolerance)
@@ -149,12 +152,13 @@ def _answer(
     return at_parameter.with_parameter(arm, requested, free, tolerance)
 
 
-def _quick(robot: Robot, frame: str | None, task: Task) -> Quick | None:
-    """The compiled closed form of a robot's tip or of a frame; None where there is none, or no such task."""
+def _quick(robot: Robot, frame: str | None, task: Task) -> Quick | OffsetPoses | None:
+    """The compiled way of a robot's tip or of a frame; None where there is none, or no such task."""
     if frame is None and task is _POSE:
         known = vars(robot).get(_KEPT, _UNKNOWN)
         if known is _UNKNOWN:
-            vars(robot)[_KEPT] = known = setting(robot, None, _POSE).quick
+            arm = setting(robot, None, _POSE)
+            vars(robot)[_KEPT] = known = arm.quick or offset_poses(arm)
         return known
     return setting(robot, frame, task).quick if type(task) is str and task in MASKS else None
 

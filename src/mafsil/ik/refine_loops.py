@@ -302,8 +302,8 @@ def judge_solutions(
     q: Floats,
     residual: Floats,
     within: Booleans,
-) -> None:
-    """Errors of solutions, and their angles moved by whole turns as near to `q0` as the limits allow, in place.
+) -> float:
+    """Errors of solutions, and their angles wound as near to `q0` as the limits allow; the largest error.
 
     1. The distance, and the angle between the rotations: half the axis of R R_d^T has its sine for a length; where
        the trace is small the angle is large, and only that is said.
@@ -320,6 +320,7 @@ def judge_solutions(
         residual: (m,) the larger of angle [rad] and distance [m].
         within: (m,) whether a solution is within the limits.
     """
+    worst = 0.0
     for i in range(len(q)):
         # 1.
         A, B = reached[i], T[rows[i]]
@@ -336,6 +337,7 @@ def judge_solutions(
         residual[i] = max(angle, sqrt(length))
         if not square + length < 1e300:
             residual[i] = 1e300
+        worst = max(worst, residual[i])
         # 2.
         inside = True
         for k in range(q.shape[1]):
@@ -345,3 +347,39 @@ def judge_solutions(
                 q[i, k] = x
             inside = inside and low - ON_LIMIT <= x <= high + ON_LIMIT
         within[i] = inside
+    return worst
+
+
+@compiled
+def place_lists(
+    solutions: Floats,
+    errors: Floats,
+    inside: Booleans,
+    count: Integers,
+    largest: float,
+    q: Floats,
+    residual: Floats,
+    within: Booleans,
+    sure: Booleans,
+) -> None:
+    """Lists that stand one after the other, each into the rows of its pose if all its errors are small.
+
+    Args:
+        solutions, errors, inside: (m, n), (m,) and (m,) of all poses.
+        count: (k,) how many of each; none, or fewer, where nothing is proven.
+        largest: error of a list that is sure.
+        q, residual, within: (k, most, n), (k, most) and (k, most), NaN and false.
+        sure: (k,) false; set where there is a list.
+    """
+    begin = 0
+    for b in range(len(count)):
+        number = max(0, count[b])
+        good = number > 0
+        for i in range(begin, begin + number):
+            good = good and errors[i] <= largest
+        sure[b] = good
+        for i in range(number if good else 0):
+            residual[b, i], within[b, i] = errors[begin + i], inside[begin + i]
+            for k in range(solutions.shape[1]):
+                q[b, i, k] = solutions[begin + i, k]
+        begin += number

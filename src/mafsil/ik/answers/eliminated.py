@@ -17,11 +17,14 @@ Reference: Kantorovich, On Newton's method for functional equations, 1948.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil import threads
 from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.candidate_table import CandidateTable
@@ -36,6 +39,7 @@ from mafsil.lazy_module import lazily
 if TYPE_CHECKING:
     import mafsil.ik.refine_loops as judging_loops
     from mafsil.ik.general import GeneralSix, GeneralSolutions
+    from mafsil.ik.general.offset_wrist import OffsetWrist
 else:
     judging_loops = lazily("mafsil.ik.refine_loops")
 
@@ -48,10 +52,31 @@ PATIENT = 24
 """The same beside folds, where each step may only halve the error."""
 WAYS: Floats = np.array([1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0])
 """How far from a row beside a fold along the direction that moves least [rad]."""
+OFFSET_CHUNK = 512
+"""Poses of an arm with an offset wrist that one thread takes at a time."""
+OFFSET_FEW = 16
+"""Those that are not worth another thread: some 40 us."""
 KEPT_ROWS = 16384
 """Rows that are kept at once."""
 ROWS = 4096
 """Solutions whose poses are kept at once."""
+
+
+def _unnamed(count: int) -> dict[str, NDArray[np.int64]]:
+    rows = {key: np.full(count, value, dtype=np.int64) for key, value in _UNNAMED.items()}
+    for values in rows.values():
+        values.setflags(write=False)
+    return rows
+
+
+_UNNAMED = {"rows": -1, "codes": UNNAMED, "own_free": 0}
+"""Rows of no table, branches without a name, no joint that may be chosen: of all lists without a closed form."""
+
+NO_BRANCHES = [_unnamed(count) for count in range(MOST + 1)]
+"""These for as many solutions as there may be."""
+
+NO_FINDINGS: Mapping[int, GeneralSolutions] = {}
+"""Where nothing was asked of elimination."""
 
 
 class Eliminated(NamedTuple):
@@ -61,19 +86,21 @@ class Eliminated(NamedTuple):
         sure: (k,) whether a list is proven and needs no second look; the others hold nothing.
         q: (k, most, n) solutions in front, then NaN.
         residual: (k, most) their errors, the larger of distance and angle.
+        within: (k, most) whether each is within the limits.
         codes: (k, most) their branches as numbers; None where they have no names.
-        found: what elimination found, also of lists that are not proven; None where it was not asked for all poses.
+        found: what elimination found of poses whose lists are not proven, by place.
     """
 
     sure: NDArray[np.bool_]
     q: JointVector
     residual: Floats
+    within: NDArray[np.bool_]
     codes: NDArray[np.int64] | None = None
-    found: GeneralSolutions | None = None
+    found: Mapping[int, GeneralSolutions] = NO_FINDINGS
 
 
 def eliminate_poses(setting: Setting, general: GeneralSix, T: PoseMatrix, q0: JointVector) -> Eliminated:
-    """What elimination proves of many poses.
+    """What the polynomial of an offset wrist, and elimination, prove of many poses.
 
     Args:
         setting: the arm.
@@ -81,18 +108,39 @@ def eliminate_poses(setting: Setting, general: GeneralSix, T: PoseMatrix, q0: Jo
         T: (k, 4, 4) poses; rows that are none are not sure.
         q0: (n,) values to which angles are wound.
     """
-    found = general.solve_all(T)
-    listed: Booleans = np.asarray(np.arange(found.q.shape[1]) < found.count[:, None], dtype=np.bool_)
+    q, residual = np.full((len(T), MOST, setting.robot.n), np.nan), np.full((len(T), MOST), np.nan)
+    sure, within = np.zeros(len(T), dtype=np.bool_), np.zeros((len(T), MOST), dtype=np.bool_)
+    lists = Eliminated(sure, q, residual, within)
+    if general.offset is not None:
+        count = max(-(-len(T) // OFFSET_CHUNK), min(threads.available(), len(T) // OFFSET_FEW))
+        work = partial(_prove_chunk, setting, general.offset, T, q0, lists, -(-len(T) // max(1, count)))
+        threads.run(work, count, threads.available())
+    rest = np.flatnonzero(~sure)
+    if not len(rest):
+        return lists
+    found = general.solve_all(T[rest])
+    listed: Booleans = np.asarray(np.arange(MOST) < found.count[:, None], dtype=np.bool_)
     row, place = np.nonzero(listed)
-    q, residual = np.full(found.q.shape, np.nan), np.full(found.q.shape[:2], np.nan)
-    sure = found.complete & (found.count > 0)
+    sure[rest] = found.complete & (found.count > 0)
     for begin in range(0, len(row), ROWS):
         rows, places = row[begin : begin + ROWS], place[begin : begin + ROWS]
         solutions = found.q[rows, places]
-        q[rows, places], residual[rows, places], _ = _judged(setting, solutions, T, rows, q0)
+        at = rest[rows]
+        q[at, places], residual[at, places], within[at, places], _ = judge(setting, solutions, T, at, q0)
     sure &= ~(residual > CLEAR).any(axis=1)
-    q[~sure], residual[~sure] = np.nan, np.nan
-    return Eliminated(sure, q, residual, None, found)
+    q[~sure], residual[~sure], within[~sure] = np.nan, np.nan, False
+    return lists._replace(found={int(rest[i]): found[i] for i in np.flatnonzero(~sure[rest]).tolist()})
+
+
+def _prove_chunk(
+    setting: Setting, wrist: OffsetWrist, T: PoseMatrix, q0: JointVector, lists: Eliminated, size: int, k: int
+) -> None:
+    """What the polynomial of an offset wrist proves of one chunk, into the lists of the batch."""
+    part = slice(k * size, (k + 1) * size)
+    proven = wrist.solve_poses(T[part])
+    q, residual, within, _ = judge(setting, proven.q, T[part], proven.rows, q0)
+    rows = lists.q[part], lists.residual[part], lists.within[part], lists.sure[part]
+    judging_loops.place_lists(q, residual, within, proven.counts, CLEAR, *rows)
 
 
 def proven_set(question: PoseQuestion, found: GeneralSolutions) -> SolutionSet | None:
@@ -106,17 +154,50 @@ def proven_set(question: PoseQuestion, found: GeneralSolutions) -> SolutionSet |
     if not found.complete or not count:
         return None
     T, none = question.T[None], np.zeros(count, dtype=np.int64)
-    q, residual, within = _judged(question.setting, found.q[:count].copy(), T, none, question.q0)
-    if residual.max() > CLEAR:
-        return None
-    rest = within, none - 1, none + UNNAMED, none
-    return SolutionSet(question, q, residual, *rest, method="elimination", complete=True, isolated=False)
+    judged = judge(question.setting, found.q[:count].copy(), T, none, question.q0)
+    return None if judged.worst > CLEAR else elimination_set(question, judged, isolated=False)
 
 
-def _judged(
-    setting: Setting, q: JointVector, T: PoseMatrix, rows: NDArray[np.int64], q0: JointVector
-) -> tuple[JointVector, Floats, NDArray[np.bool_]]:
-    """Solutions (m, n) wound in place, their errors (m,) by forward kinematics, and which are within the limits (m,).
+_new = object.__new__
+
+
+def elimination_set(question: PoseQuestion, judged: JudgedSolutions, *, isolated: bool) -> SolutionSet:
+    """A complete list of solutions without branches as an answer.
+
+    Args:
+        question: about the pose.
+        judged: its solutions.
+        isolated: whether it is known that none of them can move.
+    """
+    setting, q = question.setting, judged.q
+    answer = _new(SolutionSet)
+    vars(answer).update(
+        NO_BRANCHES[len(q)], own=q, q=q, residual=judged.residual, within=judged.within, method="elimination",
+        complete=True, _setting=setting, _isolated=isolated, _question=question,
+    )  # fmt: skip
+    if setting.part.places is not None:
+        answer.q = setting.part.lift(q, question.others)
+    return answer
+
+
+class JudgedSolutions(NamedTuple):
+    """Solutions and what forward kinematics says of them.
+
+    Attributes:
+        q: (m, n) solutions, angles wound.
+        residual: (m,) their errors.
+        within: (m,) which are within the limits.
+        worst: the largest error.
+    """
+
+    q: JointVector
+    residual: Floats
+    within: NDArray[np.bool_]
+    worst: float
+
+
+def judge(setting: Setting, q: JointVector, T: PoseMatrix, rows: NDArray[np.int64], q0: JointVector) -> JudgedSolutions:
+    """Solutions judged by forward kinematics, their angles wound in place.
 
     Args:
         setting: the arm.
@@ -127,10 +208,10 @@ def _judged(
     """
     residual, within = np.empty(len(q)), np.empty(len(q), dtype=np.bool_)
     reached = setting.robot.forward_kinematics(q)
-    judging_loops.judge_solutions(
+    worst = judging_loops.judge_solutions(
         reached, T, rows, q0, setting.lower, setting.upper, setting.revolute, q, residual, within
     )
-    return q, residual, within
+    return JudgedSolutions(q, residual, within, worst)
 
 
 class RefinedRows(NamedTuple):

@@ -263,8 +263,8 @@ def _empty(q: JointVector) -> Columns:
 
 def _no_row(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(k,) whether none of the rows (k, rows) is true; eight of them are looked at as one number."""
-    if rows.shape[1] == 8 and rows.flags.c_contiguous:
-        return np.asarray(rows.view(np.uint64)[:, 0] == 0, dtype=np.bool_)
+    if rows.shape[1] in (8, 16) and rows.flags.c_contiguous:
+        return np.asarray((rows.view(np.uint64) == 0).all(axis=1), dtype=np.bool_)
     return np.asarray(~rows.any(axis=1), dtype=np.bool_)
 
 
@@ -309,19 +309,25 @@ def one_by_one(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: floa
     answers: dict[int, SolutionSet] = {}
     for i in np.flatnonzero(valid & ~sure).tolist():
         question = Question(setting, clean[i], q0, tolerance)
-        if proven is not None and proven.found is not None:
+        if proven is not None and i in proven.found:
             question.know(proven.found[i])
         answers[i] = answer_at(question)
-    most = max([len(one) for one in answers.values()] + ([] if proven is None else [proven.q.shape[1]]), default=0)
-    q, residual = np.full((count, most, n), np.nan), np.full((count, most), np.nan)
+    known = 0 if proven is None else proven.q.shape[1]
+    most = max([len(one) for one in answers.values()] + [known], default=0)
     codes, loose = np.full((count, most), UNNAMED, dtype=np.int16), np.zeros((count, most), dtype=np.int32)
-    if proven is not None:
-        q[:, : proven.q.shape[1]], residual[:, : proven.q.shape[1]] = proven.q, proven.residual
-        codes[:, : proven.q.shape[1]] = UNNAMED if proven.codes is None else proven.codes
+    if proven is not None and most == known:
+        q, residual, within = proven.q, proven.residual, proven.within
+    else:
+        q, residual = np.full((count, most, n), np.nan), np.full((count, most), np.nan)
+        within = np.zeros((count, most), dtype=np.bool_)
+        if proven is not None:
+            q[:, :known], residual[:, :known], within[:, :known] = proven.q, proven.residual, proven.within
+    if proven is not None and proven.codes is not None:
+        codes[:, :known] = proven.codes
     good = residual <= tolerance
-    within = good & ((q >= setting.lower - ON_LIMIT) & (q <= setting.upper + ON_LIMIT)).all(axis=-1)
-    status = np.where(within.any(axis=1), CODES[IKStatus.SOLVED], CODES[IKStatus.BEYOND_LIMITS])
-    status[~good.any(axis=1)] = CODES[IKStatus.OUT_OF_REACH]
+    within &= good
+    status = np.where(_no_row(within), CODES[IKStatus.BEYOND_LIMITS], CODES[IKStatus.SOLVED])
+    status[_no_row(good)] = CODES[IKStatus.OUT_OF_REACH]
     status[~valid] = CODES[IKStatus.NOT_A_POSE]
     for i, one in answers.items():
         k = len(one)
@@ -359,4 +365,7 @@ def _refine(setting: Setting, T: PoseMatrix, q0: JointVector) -> Eliminated:
         if len(part):
             q[part], residual[part] = beside_folds(setting, T[part], q0)
             sure[part] = (np.isfinite(residual[part]) & setting.within_limits(q[part])).any(axis=1)
-    return Eliminated(sure, q, residual, codes)
+    within: NDArray[np.bool_] = np.asarray(
+        ((q >= setting.lower - ON_LIMIT) & (q <= setting.upper + ON_LIMIT)).all(axis=-1)
+    )
+    return Eliminated(sure, q, residual, within, codes)

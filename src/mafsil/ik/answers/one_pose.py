@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
+from mafsil.ik.answers.eliminated import elimination_set, judge
 from mafsil.ik.answers.lists import complete, refined_lists
 from mafsil.ik.answers.question import Question
-from mafsil.ik.answers.setting import Quick, Setting, turns_of
+from mafsil.ik.answers.setting import CLEAR, Quick, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.ik.result import IKStatus, clean_poses, printed_pose
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import mafsil.ik.answers.redundant_batch as redundant_single
     import mafsil.ik.redundant.at_parameter as at_parameter
     import mafsil.ik.refine_loops as winding_loops
+    from mafsil.ik.general.offset_wrist import OffsetWrist
 else:
     at_parameter = lazily("mafsil.ik.redundant.at_parameter")
     redundant_single = lazily("mafsil.ik.answers.redundant_batch")
@@ -76,6 +78,44 @@ def pose_near(quick: Quick, T: PoseMatrix, q0: JointVector, tolerance: float) ->
     own = setting.part.own(others)
     judged = quick.call(T, own, turns_of(own), *setting.bounds, tolerance)
     return judged_pose(Question(setting, T.copy(), own, tolerance, others), judged)
+
+
+class OffsetPoses:
+    """The shortest way to all solutions of one pose of an arm with an offset wrist.
+
+    Attributes:
+        setting: the arm.
+        wrist: the polynomial of its last joint.
+    """
+
+    __slots__ = ("setting", "wrist")
+
+    def __init__(self, setting: Setting, wrist: OffsetWrist) -> None:
+        self.setting, self.wrist = setting, wrist
+
+    def proven(self, T: PoseMatrix, q0: JointVector | None, tolerance: float) -> SolutionSet | None:
+        """The complete list of one pose; None where it is not proven, or empty.
+
+        Args:
+            T: (4, 4) requested pose.
+            q0: (n,) coordinates of the whole robot near which angles are wound; the middle of the limits if None.
+            tolerance: largest residual of a solution.
+        """
+        setting, poses, others = self.setting, T[None].copy(), None if q0 is None else q0.copy()
+        lists, own = self.wrist.solve_poses(poses), setting.middle if others is None else setting.part.own(others)
+        if not len(lists.q):
+            return None
+        judged = judge(setting, lists.q, poses, lists.rows, own)
+        if judged.worst > CLEAR:
+            return None
+        return elimination_set(Question(setting, poses[0], own, tolerance, others), judged, isolated=True)
+
+
+def offset_poses(setting: Setting) -> OffsetPoses | None:
+    """That way for an arm; None where it has another one."""
+    arm = setting.arm
+    wrist = arm.general.offset if arm.form is None and arm.general is not None else None
+    return None if wrist is None else OffsetPoses(setting, wrist)
 
 
 def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -> SolutionSet:

@@ -37,6 +37,9 @@ DEPTH = 14
 MOST = 48
 """Zeros that are looked at."""
 
+HIDDEN = 24
+"""Cells of one polynomial in which rounding may hide what happens; beyond that nothing is certain anyway."""
+
 START = 0.1234
 """Where the first cell begins: no angle that arms prefer."""
 
@@ -63,7 +66,8 @@ def zeros_of(
     """
     k = len(coefficients)
     zeros, number, certain = np.empty((k, MOST)), np.empty(k, dtype=np.int64), np.empty(k, dtype=np.bool_)
-    zeros_on_circles(coefficients, roundoff, degree, *harmonics(degree), zeros, number, certain)
+    cells, hidden = np.empty((k, HIDDEN, 5)), np.empty(k, dtype=np.int64)
+    zeros_on_circles(coefficients, roundoff, degree, *harmonics(degree), zeros, number, certain, cells, hidden)
     return zeros, number, certain
 
 
@@ -77,6 +81,8 @@ def zeros_on_circles(
     zeros: Floats,
     number: Integers,
     certain: Booleans,
+    cells: Floats,
+    hidden: Integers,
 ) -> None:
     """Zeros of many polynomials.
 
@@ -94,6 +100,9 @@ def zeros_on_circles(
         zeros: (k, most); only the first `number` count.
         number: (k,) of zeros.
         certain: (k,) whether it is proven that all are simple and that there are no others.
+        cells: (k, most, 5) cells in which rounding hides what happens: centre, half the width, which of the zeros the
+            pair is that stands for it, and the values that its ends were taken to have.
+        hidden: (k,) of such cells; negative where more is in doubt.
     """
     T, unknown, stack = buffer(78), np.empty(CELLS, np.bool_), np.empty((64, ORDER + 2))
     waiting, place, queued = np.empty((zeros.shape[1] + 8, ORDER + 3)), np.empty((zeros.shape[1] + 8, 2), np.int64), 0
@@ -106,7 +115,7 @@ def zeros_on_circles(
             truncated += size * abs(factors[ORDER - 1, k]) * k * HALF / ORDER
         rounding = 64 * EPS * total + 8 * roundoff[b]
         noise, steep = rounding + truncated, rounding * degree + truncated * ORDER / HALF
-        number[b], certain[b] = 0, False
+        number[b], certain[b], hidden[b] = 0, False, -1
         if total > 100 * roundoff[b]:
             count, sure = 0, total < 1e300
             # 2.
@@ -115,10 +124,13 @@ def zeros_on_circles(
                 first = coefficients[b, 0]
                 for k in range(1, degree + 1):
                     first += coefficients[b, k] * cos(k * START) + coefficients[b, degree + k] * sin(k * START)
-                count, all_sure, taken = _isolated(T, unknown, first, noise, steep, zeros[b], waiting[queued:], stack)
+                count, doubts, taken = _isolated(
+                    T, unknown, first, noise, steep, zeros[b], waiting[queued:], stack, cells[b]
+                )
                 for i in range(taken):
                     place[queued + i, 0], place[queued + i, 1] = b, int(waiting[queued + i, ORDER + 2])
-                sure, queued = sure and all_sure, queued + taken
+                hidden[b] = doubts if sure and count <= zeros.shape[1] and doubts <= cells.shape[1] else -1
+                sure, queued = hidden[b] == 0, queued + taken
             # No zero at all is believed only where rounding is far below: no solution would confirm it.
             number[b], certain[b] = min(count, zeros.shape[1]), sure and (count > 0 or total > 1e5 * roundoff[b])
         # 4.
@@ -184,8 +196,9 @@ def _isolated(
     zeros: Floats,
     waiting: Floats,
     stack: Floats,
-) -> tuple[int, bool, int]:
-    """Cells of one polynomial: how many zeros, whether that is proven, and how many of them wait to be found.
+    cells: Floats,
+) -> tuple[int, int, int]:
+    """Cells of one polynomial: how many zeros, in how many cells rounding hides them, how many wait to be found.
 
     1. A cell that may hold a zero is looked at; what is before it has the sign of `last`.
     2. It is empty, or monotone and holds a zero if its ends differ in sign; or
@@ -199,8 +212,9 @@ def _isolated(
         zeros: (most,) those that rounding hides are written down.
         waiting: (most, ORDER + 3) monotone cells with a zero: coefficients, centre, width, and place of the zero.
         stack: (64, ORDER + 2) buffer for halves that are still to be looked at.
+        cells: (most, 5) the cells in doubt, see `zeros_on_circles`.
     """
-    count, taken, sure, last, most = 0, 0, True, first, len(zeros)
+    count, taken, doubts, last, most = 0, 0, 0, first, len(zeros)
     for cell in range(CELLS):
         # 1.
         if not unknown[cell]:
@@ -236,12 +250,15 @@ def _isolated(
                             waiting[taken, j] = t[j]
                         waiting[taken, ORDER + 2] = count
                         taken += 1
-                    sure = sure and count < most
                     count += 1
                 continue
             # 3.
             if rest < 4 * noise or width < HALF * 0.5**DEPTH:
-                sure, last = False, high
+                last = high
+                if doubts < len(cells):
+                    cells[doubts, 0], cells[doubts, 1], cells[doubts, 2] = t[ORDER], width, count
+                    cells[doubts, 3], cells[doubts, 4] = low, high
+                doubts += 1
                 centre = -t[1] / (2 * t[2]) if abs(t[2]) > 0.5 * abs(t[1]) else 0.0
                 lift = t[0] + 0.5 * t[1] * centre
                 apart = min(2.0, sqrt((abs(lift) + noise) / (abs(t[2]) + LEAST_DIVISOR)))
@@ -252,7 +269,7 @@ def _isolated(
             # 4.
             _halve(t, stack[depth + 1])
             depth += 2
-    return count, sure, taken
+    return count, doubts, taken
 
 
 @reordered

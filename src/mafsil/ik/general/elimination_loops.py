@@ -184,9 +184,7 @@ def determinants(
     """
     groups, rows = f.shape[1] // 8, len(cosines)
     M, K = buffer(54), buffer(36)
-    x_all, y_all, w_all, f_all, h_all, waves = (
-        seen(cosines), seen(sines), seen(weights), seen(f), seen(h), seen(fourier),
-    )  # fmt: skip
+    x_all, y_all, w_all, f_all = seen(cosines), seen(sines), seen(weights), seen(f)
     for b in range(len(f)):
         for g in range(groups):
             at = min(b, rows - 1) * groups + g
@@ -213,18 +211,31 @@ def determinants(
                             K[6 * (3 * part + r) + j] = M[9 * (3 + r) + 3 + j]
             f_all[b * groups + g] = out * M[9 * 5 + 5]
         # 4.
-        for g in range(groups):
-            total = lanes(0.0)
-            for l in range(8 * groups):
-                total += f[b, l] * waves[l * groups + g]
-            h_all[b * groups + g] = total
-        square = size = 0.0
-        for i in range(8 * groups):
-            if i <= 2 * degree:
-                size += abs(h[b, i])
-            else:
-                square += h[b, i] * h[b, i]
-        roundoff[b, 0], roundoff[b, 1] = 1.5 * sqrt(square / (8 * groups - 2 * degree - 1)), size
+        harmonics_of(f, b, fourier, degree, h, roundoff)
+
+
+@reordered
+def harmonics_of(f: Floats, b: int, fourier: Floats, degree: int, h: Floats, roundoff: Floats) -> None:
+    """Harmonics of the samples of one polynomial, see `determinants`.
+
+    Args:
+        f, fourier, degree, h, roundoff: as there.
+        b: which of the polynomials.
+    """
+    groups = f.shape[1] // 8
+    h_all, waves = seen(h), seen(fourier)
+    for g in range(groups):
+        total = lanes(0.0)
+        for l in range(8 * groups):
+            total += f[b, l] * waves[l * groups + g]
+        h_all[b * groups + g] = total
+    square = size = 0.0
+    for i in range(8 * groups):
+        if i <= 2 * degree:
+            size += abs(h[b, i])
+        else:
+            square += h[b, i] * h[b, i]
+    roundoff[b, 0], roundoff[b, 1] = 1.5 * sqrt(square / (8 * groups - 2 * degree - 1)), size
 
 
 @reordered

@@ -13,6 +13,7 @@ from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.general.elimination import Elimination
 from mafsil.ik.general.findings import MOST, Findings, loop_frames
+from mafsil.ik.general.offset_wrist import OffsetWrist, offset_wrist
 from mafsil.ik.general.prismatic import ThreePrismatic, TwoPrismatic
 from mafsil.ik.result import clean_poses
 from mafsil.ik.tolerances import ADDED_STILL, NO_EXTENT, SAME
@@ -105,7 +106,13 @@ class GeneralSix:
 
         Of wrists whose axes nearly meet, and other arms beside one whose elimination is singular, there are none.
         """
-        return self._machine.proofs > 0
+        machine = self._machine
+        return machine.offset is not None or machine.ranking[1] > 0
+
+    @property
+    def offset(self) -> OffsetWrist | None:
+        """The polynomial of the last joint, if the arm has an offset wrist."""
+        return self._machine.offset
 
     @lazy
     def _machine(self) -> _Machine:
@@ -127,18 +134,23 @@ class _Machine:
         self.where = [self.filled.joints.index(j) for j in sorted(j for j in chain.joints if j >= 0)]
         self.added = [k for k in range(6) if k not in self.where]
         self.frames = loop_frames(self.filled)
-        self.method = _method(self.filled)
-        self.ranking, self.proofs = self._rank()
+        self.offset = None if self.added else offset_wrist(self.filled, (self.back, self.middle, self.size))
 
-    def _rank(self) -> tuple[list[int], int]:
+    @lazy
+    def method(self) -> Elimination | TwoPrismatic | ThreePrismatic:
+        """Elimination, as the joints need it."""
+        return _method(self.filled)
+
+    @lazy
+    def ranking(self) -> tuple[list[int], int]:
         """The orders with the most proofs first, those at one look counted twice, and how many lists they proved."""
         q = np.random.default_rng(3).uniform(-np.pi, np.pi, (24, 6))
         P = _product(self.filled, q)
         score, proofs = list[tuple[int, int]](), 0
         for order in range(len(self.method)):
-            out = self._run(P, [order], beside=False)
+            out = self._eliminate(Findings(self.frames, self.prismatic, P), [order], beside=False)
             good = [_holds(found[:k], sampled) for found, k, sampled in zip(out.q, out.count, q, strict=True)]
-            looks = sum(self._one(P[i : i + 1], order) is not None for i in range(len(P)))
+            looks = sum(self._look(P[i : i + 1], order) is not None for i in range(len(P)))
             score.append((-int(out.proof.sum()) - sum(good) - looks, order))
             proofs += int(out.proof.sum())
         return [order for _, order in sorted(score)], proofs
@@ -148,13 +160,13 @@ class _Machine:
         P = T @ self.back
         P[:, :3, 3] = (P[:, :3, 3] + P[:, :3, :3] @ self.middle - self.middle) / self.size
         P[~valid] = np.nan
-        if len(P) == 1 and valid[0] and not self.added and (one := self._one(P, self.ranking[0])) is not None:
+        if len(P) == 1 and valid[0] and not self.added and self.offset is None and (one := self._one(P)) is not None:
             return one.reshape(batch)
         count, done = max(1, -(-len(P) // CHUNK), min(threads, len(P) // FEW)), dict[int, Findings]()
         size = -(-len(P) // count)
 
         def part(i: int) -> None:
-            done[i] = self._run(P[i * size : (i + 1) * size], self.ranking)
+            done[i] = self._run(P[i * size : (i + 1) * size])
 
         pool.run(part, count, threads)
         parts = [done[i] for i in range(count)]
@@ -169,11 +181,9 @@ class _Machine:
             q, error = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(error, order, 1)
         return GeneralSolutions(q[..., self.where], (~np.isnan(error)).sum(axis=1), proof, error, taken).reshape(batch)
 
-    def _one(self, P: PoseMatrix, order: int) -> GeneralSolutions | None:
-        """All solutions of one pose (1, 4, 4) where an elimination order proves them at one look; else None."""
-        if not isinstance(self.method, Elimination):
-            return None
-        found = self.method.one(order, P, self.frames)
+    def _one(self, P: PoseMatrix) -> GeneralSolutions | None:
+        """All solutions of one pose (1, 4, 4) where one look proves them; else None."""
+        found = self._look(P, self.ranking[0][0])
         if found is None:
             return None
         count = len(found[1])
@@ -182,10 +192,21 @@ class _Machine:
         q *= self.lengths
         return GeneralSolutions(q[..., self.where], np.array([count]), np.array([True]), error, np.array([1]))
 
-    def _run(self, P: PoseMatrix, orders: list[int], *, beside: bool = True) -> Findings:
-        """Elimination orders one by one, until one proves that nothing is missing; else also at poses beside."""
+    def _look(self, P: PoseMatrix, order: int) -> tuple[JointVector, Floats] | None:
+        """What an elimination order proves of one pose at one look."""
+        return self.method.one(order, P, self.frames) if isinstance(self.method, Elimination) else None
+
+    def _run(self, P: PoseMatrix) -> Findings:
+        """The polynomial of an offset wrist first; elimination for what it does not prove."""
         found = Findings(self.frames, self.prismatic, P)
-        rows = np.flatnonzero(np.isfinite(P).all(axis=(1, 2)))
+        if self.offset is not None:
+            self.offset.take(found)
+        return found if found.proof.all() else self._eliminate(found, self.ranking[0])
+
+    def _eliminate(self, found: Findings, orders: list[int], *, beside: bool = True) -> Findings:
+        """Elimination orders one by one, until one proves that nothing is missing; else also at poses beside."""
+        P = found.P
+        rows = np.flatnonzero(~found.proof & np.isfinite(P).all(axis=(1, 2)))
         for order in orders:
             if not len(rows):
                 return found
@@ -194,7 +215,8 @@ class _Machine:
             rows = rows[~found.proof[rows]]
         if beside and len(rows):
             ways = (P[rows] @ pose.exp(BESIDE)[:, None]).reshape(-1, 4, 4)
-            found.add_nearby(rows, self._run(ways, orders, beside=False))
+            nearby = Findings(self.frames, self.prismatic, ways)
+            found.add_nearby(rows, self._eliminate(nearby, orders, beside=False))
         found.look_beside(rows)
         return found
 
