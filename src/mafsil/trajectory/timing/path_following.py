@@ -263,7 +263,7 @@ def _least_norm(A: Floats, b: Floats) -> Floats:
     """The shortest x that minimises |A x - b|; the only one that there is where A is square and regular."""
     if A.shape[0] == A.shape[1]:
         with suppress(np.linalg.LinAlgError):
-            x = np.linalg.solve(A, b)
+            x: Floats = np.linalg.solve(A, b).astype(np.float64, copy=False)
             if np.abs(x).max() <= REGULAR * np.abs(b).max():
                 return x
     return np.linalg.lstsq(A, b)[0].astype(np.float64, copy=False)
