@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import struct
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import mafsil as mf
+from mafsil.cli.compare import _replan
 from mafsil.cli.main import main
 from mafsil.errors import FileError, InputError
+from mafsil.job.judging.better_job import better_job, with_key
 from mafsil.job.judging.log_comparison import compare_with_log, positions
 from mafsil.job.language.reading import parse_job
 from mafsil.job.solve import prepare
@@ -238,3 +240,70 @@ def test_a_bag_without_the_joints_or_torn_is_refused(tmp_path):
     (tmp_path / "no.mcap").write_bytes(b"no bag at all")
     with pytest.raises(FileError, match="damaged"):
         compare_with_log(job, robot, plan, tmp_path / "no.mcap")
+
+
+def quick_job(robot):
+    return job_of(robot).replace("[[move]]", '[[move]]\nprofile = "trapezoid"')
+
+
+def late_log(path, arm, plan, late):
+    """A log of which one joint is late."""
+    t = np.arange(0.0, plan.duration + 1.0, 0.008)
+    q = positions(plan, np.clip(t - 0.3, 0.0, plan.duration))
+    q[:, 1] = positions(plan, np.clip(t - 0.3 - late, 0.0, plan.duration))[:, 1]
+    heads = ",".join(["timestamp", *(f"actual_q_{k}" for k in range(arm.n))])
+    np.savetxt(path, np.column_stack([t, q]), delimiter=",", header=heads, comments="")
+
+
+def test_a_better_job_is_slow_enough_for_a_late_drive(tmp_path):
+    text = quick_job("ur5e")
+    job, (arm, plan) = parse_job(text), prepare(parse_job(text), text, Path())
+    late_log(tmp_path / "log.csv", arm, plan, 0.09)
+    found = compare_with_log(job, arm, plan, tmp_path / "log.csv")
+    assert not found
+    assert found.lags[1] == pytest.approx(0.09, abs=0.003)
+    better = better_job(job, text, plan, found, partial(_replan, Path()))
+    assert [one.key for one in better.remarks] == ["job.better_slower"]
+    _, slower = prepare(parse_job(better.text), better.text, Path())
+    late_log(tmp_path / "again.csv", arm, slower, 0.09)
+    assert compare_with_log(parse_job(better.text), arm, slower, tmp_path / "again.csv")
+    late_log(tmp_path / "again.csv", arm, plan, 0.09)
+    assert not compare_with_log(job, arm, plan, tmp_path / "again.csv")
+
+
+def test_what_no_job_can_better_is_not_offered(tmp_path):
+    job, arm, plan = planned("ur5e")
+    log(tmp_path / "log.csv", arm, plan, "none", np.random.default_rng(2), off=0.02)
+    found = compare_with_log(job, arm, plan, tmp_path / "log.csv")
+    better = better_job(job, job_of("ur5e"), plan, found, partial(_replan, Path()))
+    assert (better.text, [one.key for one in better.remarks]) == ("", ["job.better_none"])
+
+
+def test_a_better_job_has_the_load_that_the_log_shows(tmp_path, capsys):
+    text = job_of("ur5e") + "[tool]\noffset = { position = [0, 0, 0.1] }\nmass = 1.0\ncom = [0, 0, 0.04] # half\n"
+    arm, plan = prepare(parse_job(text), text, Path())
+    rng = np.random.default_rng(5)
+    mass = np.random.default_rng(5).uniform(0.5, 2.0)
+    log(tmp_path / "log.csv", arm, plan, "payload", rng)
+    (tmp_path / "job.toml").write_text(text)
+    command = ["compare", "log", str(tmp_path / "job.toml"), "--log", str(tmp_path / "log.csv")]
+    assert main([*command, "--better", str(tmp_path / "better.toml")]) == 0
+    assert "better job" in capsys.readouterr().out
+    tool = parse_job((tmp_path / "better.toml").read_text()).tool
+    assert tool.mass == pytest.approx(1.0 + mass, abs=0.03)
+    assert tool.com[2] == pytest.approx((0.04 + 0.1 * mass) / (1.0 + mass), abs=2e-3)
+    better = parse_job((tmp_path / "better.toml").read_text())
+    again = prepare(better, "", tmp_path)
+    assert not [one for one in compare_with_log(better, *again, tmp_path / "log.csv").remarks if "payload" in one.key]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("robot = 'a'\n", "robot = 'a'\n\n[limits]\njerk = 2\n"),
+        ("[limits] # own\njerk = 5 # high\n[[move]]\n", "[limits] # own\njerk = 2 # high\n[[move]]\n"),
+        ("[limits]\n[tool]\njerk = 1\n", "[limits]\njerk = 2\n[tool]\njerk = 1\n"),
+    ],
+)
+def test_a_key_is_changed_in_its_table_alone(text, expected):
+    assert with_key(text, "limits", "jerk", "2").replace("2#", "2 #") == expected

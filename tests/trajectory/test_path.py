@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mafsil.errors import InputError
-from mafsil.trajectory import JointPath, quintic, sequence, trapezoid
+from mafsil.trajectory import JointPath, MotionLimits, PathMotion, cubic_through, quintic, sequence, trapezoid
 from mafsil.trajectory.splines import PiecewisePolynomial
 
 
@@ -121,3 +121,17 @@ def test_only_the_parts_that_a_time_falls_into_are_evaluated():
     t = np.linspace(-0.5, 5.5, 241)
     for many, one in zip(plain.at(t), zip(*(plain.at(x) for x in t), strict=True), strict=True):
         np.testing.assert_array_equal(many, np.stack(one))
+
+
+def test_bounds_of_derivatives_are_never_too_small_and_decide_as_the_motion_does():
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        curve = cubic_through(rng.normal(size=(5, 3)), rng.uniform(0.2, 1.0, 4))
+        t = np.linspace(0.0, curve.duration, 4001)
+        for order in (1, 2, 3):
+            assert (np.abs(curve.derivative(t, order)).max(axis=0) <= curve.bound(order) * (1 + 1e-12)).all()
+        law = trapezoid([0.0], [curve.duration], velocity=[1.0], acceleration=[2.0]).value
+        motion = PathMotion(curve, law)
+        for most in rng.uniform(1.0, 200.0, 5):
+            limits = MotionLimits.of(3, velocity=most, acceleration=3.0 * most)
+            assert motion.is_within(limits) == (motion.stretch_needed(limits) <= 1.0)

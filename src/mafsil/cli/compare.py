@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import webbrowser
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ from mafsil.cli.answer import Answer, Laid
 from mafsil.cli.state import count, number
 from mafsil.cli.status_line import Progress
 from mafsil.cli.table import table
-from mafsil.errors import FileError, InputError
+from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.figures import plot_search
 from mafsil.job import Job, Refusal
+from mafsil.job.judging.better_job import better_job
 from mafsil.job.judging.law_bench import CONDITIONS, LawBench, bench_laws
 from mafsil.job.judging.log_comparison import compare_with_log
 from mafsil.job.language.reading import parse_job
@@ -27,6 +29,7 @@ from mafsil.planning import PLANNERS, Query, bench_planners, log_search
 from mafsil.report import compare_results, write_law_report
 from mafsil.report.results import require_replaceable
 from mafsil.robot import Robot
+from mafsil.whole_file import write_whole
 
 SEEDS, SECONDS = 3, 2.0
 
@@ -40,6 +43,7 @@ def compare(
     seconds: str | None,
     replay: str | None,
     log: str | None,
+    better: str | None,
     progress: bool,
     out: str | None = None,
     open: bool = False,
@@ -56,6 +60,7 @@ def compare(
         seconds: for one search [s].
         replay: folder for pictures of the searches of the move that took most nodes, slowly; none if None.
         log: CSV file that a controller logged.
+        better: file for a better job by what the log taught; none is written if None.
         progress: print progress even when stderr is no terminal.
         out: directory for a report of laws; none is written if None.
         open: show it in the browser.
@@ -68,6 +73,7 @@ def compare(
         ("laws", laws, "control"), ("planners", planners, "planners"), ("seeds", seeds, "planners"),
         ("seconds", seconds, "planners"), ("replay", replay, "planners"),
         ("out", out, "control"), ("open", open, "control"), ("log", log, "log"),
+        ("better", better, "log"),
     )  # fmt: skip
     if wrong := next((name for name, given, kind in options if given and what != kind), None):
         raise InputError("cli.compare_option", name=wrong, what=what)
@@ -81,7 +87,7 @@ def compare(
         if isinstance(planned, Refusal):
             return Answer(planned.to_dict(), refusal=planned.explain())
         if what == "log":
-            return _compare_log(asked, *planned, log)
+            return _compare_log(asked, text, path.parent, planned, log, better)
         if what == "planners":
             bar.enter("stage_planning")
             return _compare_planners(planned[1], planners or (), searches, budget, replay, bar)
@@ -101,13 +107,31 @@ def compare(
     return Answer(data, tuple(lines))
 
 
-def _compare_log(job: Job, robot: Robot, plan: Plan, log: str | None) -> Answer:
-    """The plan of a job and what a controller logged."""
+def _compare_log(
+    job: Job, text: str, folder: Path, planned: tuple[Robot, Plan], log: str | None, better: str | None
+) -> Answer:
+    """The plan of a job and what a controller logged; a better job if a file is named."""
     if log is None:
         raise InputError("cli.compare_log_missing")
-    found = compare_with_log(job, robot, plan, log)
+    found = compare_with_log(job, *planned, log)
     first, *rest = found.explain().split("\n")
+    if better is not None:
+        offer = better_job(job, text, planned[1], found, partial(_replan, folder))
+        if offer.text:
+            write_whole(Path(better), offer.text.encode())
+            rest.append(say("cli.run_written", path=better))
+        rest += [remark.sentence() for remark in offer.remarks]
     return Answer(found.to_dict(), (first, *rest)) if found else Answer(found.to_dict(), tuple(rest), first)
+
+
+def _replan(folder: Path, text: str) -> tuple[Job, Plan] | None:
+    """A changed job and its plan; None where it is refused."""
+    try:
+        job = parse_job(text, folder=folder)
+        planned = prepare(job, text, folder)
+    except MafsilError:
+        return None
+    return None if isinstance(planned, Refusal) else (job, planned[1])
 
 
 def _compare_planners(

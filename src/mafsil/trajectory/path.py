@@ -265,6 +265,20 @@ class PathMotion(Printed):
                 needed.append(float(shares.max()) ** (1.0 / order))
         return max(needed)
 
+    def is_within(self, limits: JointLimits | MotionLimits) -> bool:
+        """Whether velocity, acceleration and jerk keep their limits everywhere.
+
+        Bounds of the derivatives of path and law decide where they can; else the motion is looked at.
+        """
+        bounds, law = motion_limits(limits, self.n), self.law
+        if isinstance(law, PiecewisePolynomial):
+            (p1, p2, p3), (s1, s2, s3) = ([each.bound(order) for order in (1, 2, 3)] for each in (self.path, law))
+            most = (p1 * s1, p2 * s1**2 + p1 * s2, p3 * s1**3 + 3.0 * p2 * s1 * s2 + p1 * s3)
+            sides = (bounds.velocity, bounds.acceleration, bounds.jerk)
+            if all((each <= np.abs(side).min(axis=0)).all() for each, side in zip(most, sides, strict=True)):
+                return True
+        return self.stretch_needed(limits) <= 1.0
+
     def _places(self, t: ArrayLike, s: Floats) -> Floats:
         """(*times) where on the path the motion is, never beyond an end by rounding."""
         if self.places is None:

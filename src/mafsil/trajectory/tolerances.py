@@ -3,6 +3,8 @@
 ON_PATH = 1e-11
 """Size of the pose error [m | rad] at the knots of a path: as near as Newton's method gets with some hundred operations
 of numbers of size ten, 45,000 EPS."""
+REGULAR = 1e9
+"""Times as long as the right side as a solution of equations is at most whose matrix counts as regular: 1e-7 / EPS."""
 SINGULAR_VALUE = 1e-6
 """Smallest singular value of the Jacobian at which a path cannot be followed: a description of six digits leaves it."""
 NEARBY = 1e-9

@@ -59,7 +59,7 @@ class LogStatus(Status):
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class LogComparison(Answer, data="offset factors errors"):
+class LogComparison(Answer, data="offset factors errors lags zeros compliances payload"):
     """True if every target of the job was reached within its tolerance by the log.
 
     Attributes:
@@ -67,6 +67,8 @@ class LogComparison(Answer, data="offset factors errors"):
         offset: time in the log at which the plan begins [s].
         factors: (n,) of each joint's log over the plan: its unit, negative if the sign is reversed.
         errors: (n,) largest distance from the plan, in our units and signs [rad | m].
+        lags, zeros, compliances: (n,) of the joints, zero where none is proved [s, rad | m, rad/(N m) | m/N].
+        payload: at the TCP, besides what the job has there; 0 where none is proved [kg].
         remarks: what differs, and why as far as that is proved.
     """
 
@@ -74,6 +76,10 @@ class LogComparison(Answer, data="offset factors errors"):
     offset: float
     factors: Floats
     errors: Floats
+    lags: Floats
+    zeros: Floats
+    compliances: Floats
+    payload: float
     remarks: tuple[Remark, ...]
 
     def explain(self, language: str | None = None) -> str:
@@ -118,15 +124,20 @@ def compare_with_log(job: Job, robot: Robot, plan: Plan, path: str | PathLike[st
     errors = np.abs(_interpolate(offset + planned, t, q) - u).max(axis=0)
     remarks = list(_units(robot, factors))
     # 3
-    missed = list(_missed_targets(job, plan, t - offset, q))
+    missed = list(missed_targets(job, plan, t - offset, q))
+    tracking, payload = np.zeros((3, robot.n)), 0.0
     if laid is not None:
         # 4
-        remarks += _tracking(robot, laid)
+        tracking = _tracking(laid)
+        remarks += _tracking_remarks(robot, laid, tracking)
         # 5
         if laid.tau is not None and laid.model is not None:
-            remarks += _causes(laid, laid.tau, *laid.model)
+            causes, payload = _causes(laid, laid.tau, *laid.model)
+            remarks += causes
     status = LogStatus.DIFFERS if missed else LogStatus.AS_PLANNED
-    return LogComparison(status, offset, frozen(factors), frozen(errors), (*missed, *remarks))
+    said = (*missed, *remarks)
+    lags, zeros, compliances = (frozen(row) for row in tracking)
+    return LogComparison(status, offset, frozen(factors), frozen(errors), lags, zeros, compliances, payload, said)
 
 
 def _read_log(path: Path, robot: Robot) -> JointStates:
@@ -215,8 +226,14 @@ def _units(robot: Robot, factors: Floats) -> list[Remark]:
     return remarks
 
 
-def _missed_targets(job: Job, plan: Plan, t: Floats, q: Floats) -> list[Remark]:
-    """Targets that the log misses by more than their tolerance."""
+def missed_targets(job: Job, plan: Plan, t: Floats, q: Floats) -> list[Remark]:
+    """Targets that a log misses by more than their tolerance.
+
+    Args:
+        job, plan: that were driven.
+        t: (k,) in the time of the plan [s].
+        q: (k, n) coordinates then [rad | m].
+    """
     remarks: list[Remark] = []
     for leg, end in zip(plan.legs, plan.starts[1:].tolist(), strict=True):
         goal = goal_of(leg)
@@ -274,11 +291,17 @@ def _laid_over(plan: Plan, t: Floats, q: Floats, efforts: Floats | None, lags: F
     if plan.kinematic:
         return _Laid(off, lag, tau, (noise, jitter), rates, None)
     state = now, rates, (at[STEP] - 2.0 * now + at[-STEP]) / STEP**2
-    return _Laid(off, lag, tau, (noise, jitter), rates, _efforts(plan, t[rows], state))
+    return _Laid(off, lag, tau, (noise, jitter), rates, model_efforts(plan, t[rows], state))
 
 
-def _efforts(plan: Plan, t: Floats, state: tuple[Floats, Floats, Floats]) -> tuple[Floats, Floats]:
-    """Efforts of the model that carries what the plan says, and those of one kilogram more; (k, n)."""
+def model_efforts(plan: Plan, t: Floats, state: tuple[Floats, Floats, Floats]) -> tuple[Floats, Floats]:
+    """Efforts of the model that carries what the plan says, and those of one kilogram more; (k, n).
+
+    Args:
+        plan: with its loads.
+        t: (k,) times of it [s].
+        state: (k, n) coordinates, rates and accelerations there.
+    """
     model, payload = np.zeros_like(state[0]), np.zeros_like(state[0])
     loads = [plan.legs[int(k)].load for k in plan.legs_at(t)]
     for load in dict.fromkeys(loads):
@@ -325,15 +348,21 @@ def _lags(laid: _Laid) -> Floats:
     return lags
 
 
-def _tracking(robot: Robot, laid: _Laid) -> list[Remark]:
-    """Joints that the log has elsewhere than the plan: by a zero offset, later than others, or yielding to efforts."""
-    remarks: list[Remark] = []
+def _tracking(laid: _Laid) -> Floats:
+    """(3, n) how late joints are, their zero offsets, and how they yield to efforts, as far as that is proved."""
+    found = np.zeros((3, laid.off.shape[1]))
     for k, (columns, off) in enumerate(_errors_of_joints(laid)):
         fit, left = _prove_causes(columns, off) if columns else ({}, 1.0)
-        if left > EXPLAINED:
-            continue
+        if left <= EXPLAINED:
+            found[:, k] = [float(fit[cause][0]) if cause in fit else 0.0 for cause in ("lag", "zero", "gain")]
+    return found
+
+
+def _tracking_remarks(robot: Robot, laid: _Laid, tracking: Floats) -> list[Remark]:
+    """Joints that the log has elsewhere than the plan: by a zero offset, later than others, or yielding to efforts."""
+    remarks: list[Remark] = []
+    for k, (lag, zero, softness) in enumerate(tracking.T.tolist()):
         name, angular = visible(robot.joint_names[k]), bool(robot.mechanism.angular[k])
-        zero, lag, softness = (float(fit[cause][0]) if cause in fit else 0.0 for cause in ("zero", "lag", "gain"))
         if abs(zero) >= OFF:
             value = quantity(zero, "rad" if angular else "m")
             remarks.append(Remark("warning", "job.log_zero", {"joint": name, "value": value}))
@@ -345,17 +374,17 @@ def _tracking(robot: Robot, laid: _Laid) -> list[Remark]:
     return remarks
 
 
-def _causes(laid: _Laid, tau: Floats, model: Floats, payload: Floats) -> list[Remark]:
-    """Why efforts differ from the model's: friction, a payload, or what neither proves."""
+def _causes(laid: _Laid, tau: Floats, model: Floats, payload: Floats) -> tuple[list[Remark], float]:
+    """Why efforts differ from the model's: friction, a payload, or what neither proves; the payload [kg]."""
     y, own = (tau - model).reshape(-1), np.eye(tau.shape[1])
     power, size = (float(np.sqrt((x**2).mean())) for x in (y, tau))
     if power <= max(NOTABLE * size, 1.5 * laid.noise[1]):
-        return []
+        return [], 0.0
     dry = np.tanh(laid.rates / SMOOTH)
     friction = np.concatenate([laid.rates[:, :, None] * own, dry[:, :, None] * own], axis=2).reshape(len(y), -1)
     fits, left = _prove_causes({"friction": friction, "payload": payload.reshape(-1, 1)}, y)
     if left > EXPLAINED:
-        return [Remark("warning", "job.log_unknown", {"left": quantity(left, "share")})]
+        return [Remark("warning", "job.log_unknown", {"left": quantity(left, "share")})], 0.0
     mass = float(fits["payload"][0]) if "payload" in fits else 0.0
     details = {"left": quantity(left, "share"), "mass": quantity(mass, "kg")}
-    return [Remark("warning", f"job.log_{name}", details) for name in fits or ("unclear",)]
+    return [Remark("warning", f"job.log_{name}", details) for name in fits or ("unclear",)], mass

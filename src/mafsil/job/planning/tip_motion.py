@@ -170,7 +170,7 @@ def _quickest(
         if move.profile is None and move.duration is None:
             most = move.speed**3 * (bounds.tip_jerk or np.inf) / max(path.length, ROUNDING)
             ruled_by_tip = line_at_tip_bounds(joints, *tip_rates(path, bounds, move), limits, most)
-            if ruled_by_tip.stretch_needed(limits) <= 1.0:
+            if ruled_by_tip.is_within(limits):
                 return TipMotion(ruled_by_tip, ruled_by_tip.duration)
         found = along_line(joints, path, bounds, move, limits, where)
     else:

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, cross, positive, require_finite
+from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, positive, require_finite
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.robot import Robot, of_robot
@@ -98,7 +98,7 @@ class CartesianPath:
             return V, slope
         V[..., :3] = self._turn
         V[..., 3:] = self._chord @ T[..., :3, :3]
-        slope[..., 3:] = -cross(V[..., :3], V[..., 3:])
+        slope[..., 3:] = V[..., 3:] @ self._spin
         return V, slope
 
     @cached_property
@@ -108,6 +108,10 @@ class CartesianPath:
     @cached_property
     def _turn(self) -> Floats:
         return rotation.log(self.T_start[:3, :3].T @ self.T_goal[:3, :3])
+
+    @cached_property
+    def _spin(self) -> Floats:
+        return rotation.hat(self._turn)
 
     @cached_property
     def _screw(self) -> Floats:

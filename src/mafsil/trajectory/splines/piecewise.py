@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from math import prod
+from math import comb, perm, prod
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -146,6 +146,18 @@ class PiecewisePolynomial(Printed):
             piece = self._locate(times(within))[0]
             local = moment - self.knots[piece]
         return self._derivative(piece, local, order)
+
+    def bound(self, order: int) -> Floats:
+        """(*batch, n) that the magnitude of a derivative nowhere exceeds: the largest Bernstein coefficient."""
+        h, degree = np.diff(self.knots), self.degree - order
+        if degree < 0:
+            return np.zeros(self.coefficients.shape[2:])
+        powers = range(order, self.degree + 1)
+        wide = (-1, *(1 for _ in self.coefficients.shape[2:]))
+        scaled = [self.coefficients[:, k] * (perm(k, order) * h ** (k - order)).reshape(wide) for k in powers]
+        # b_i = sum_{j <= i} C(i, j) / C(m, j) a_j of the polynomial sum_j a_j x^j on 0 .. 1.
+        lift = np.array([[comb(i, j) / comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)])
+        return np.abs(np.tensordot(lift, np.stack(scaled), axes=1)).max(axis=(0, 1))
 
     def scale_time(self, factor: float) -> PiecewisePolynomial:
         """The same path, `factor` times as slow."""

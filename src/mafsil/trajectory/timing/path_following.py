@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal, NamedTuple, get_args
@@ -31,7 +32,7 @@ from mafsil.trajectory.paths.pose_path import (
 from mafsil.trajectory.profiles.laws import LawName, rest_law
 from mafsil.trajectory.profiles.polynomial import quintic_coefficients
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
-from mafsil.trajectory.tolerances import NEARBY, ON_PATH, ROUNDING, SINGULAR_VALUE
+from mafsil.trajectory.tolerances import NEARBY, ON_PATH, REGULAR, ROUNDING, SINGULAR_VALUE
 
 RatesBy = Literal["jacobian", "differences"]
 WINDOW = 7
@@ -204,13 +205,11 @@ class _Tracker:
         shortest, _, _, singular_values = np.linalg.lstsq(A, b)
         rate: Floats = shortest.astype(np.float64, copy=False)
         A_rate, b_slope = path_rates(T, J, self._jacobian_rate(q, rate), rate, self.path, s, self.task)[2:]
+        margin = float(singular_values.min(initial=np.inf))
+        if A.shape[0] == A.shape[1] and margin > SINGULAR_VALUE:
+            return _Knot(q, rate, _least_norm(A, b_slope - A_rate @ rate), margin)
         free = A_rate.T @ _least_norm(A.T, rate)
-        return _Knot(
-            q,
-            rate,
-            free + _least_norm(A, b_slope - A_rate @ rate - A @ free),
-            float(singular_values.min(initial=np.inf)),
-        )
+        return _Knot(q, rate, free + _least_norm(A, b_slope - A_rate @ rate - A @ free), margin)
 
     def _equations(self, s: float, q: JointVector) -> tuple[Floats, Floats]:
         """A q' = b along the path."""
@@ -261,7 +260,12 @@ class _Tracker:
 
 
 def _least_norm(A: Floats, b: Floats) -> Floats:
-    """The shortest x that minimises |A x - b|."""
+    """The shortest x that minimises |A x - b|; the only one that there is where A is square and regular."""
+    if A.shape[0] == A.shape[1]:
+        with suppress(np.linalg.LinAlgError):
+            x: Floats = np.linalg.solve(A, b).astype(np.float64, copy=False)
+            if np.abs(x).max() <= REGULAR * np.abs(b).max():
+                return x
     return np.linalg.lstsq(A, b)[0].astype(np.float64, copy=False)
 
 
