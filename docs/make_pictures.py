@@ -27,6 +27,10 @@ POSTURES = {"postures_ur5e.png": "ur5e --pose 0.4 0.1 0.3 180 0 90 --degrees --a
 """Pictures of docs/inverse-kinematics.md, and the pose of each as `mafsil ik` takes it."""
 
 
+LINKAGES = {"six_bar_synthesis.png": f"synthesis {Path(__file__).parents[1]}/examples/synthesis/six_bar.toml"}
+"""Pictures of docs/linkage_synthesis.md, and the task of each."""
+
+
 def halve(path: Path) -> None:
     """Make a picture of the page's renderer half as large: it is drawn with two dots a pixel."""
     with Image.open(path) as picture:
@@ -45,10 +49,11 @@ def main() -> int:
         halve(IMAGES / f"{robot}.png")
     pictures = [(picture, f"convert {motion}") for picture, motion in MOTIONS.items()]
     pictures += [(picture, f"ik {pose}") for picture, pose in POSTURES.items()]
+    pictures += LINKAGES.items()
     for picture, question in pictures:
         words = [*question.split(), "--picture", str(IMAGES / picture)]
         subprocess.run([*mafsil, *words], check=True, stdout=subprocess.DEVNULL)
-        if picture in POSTURES:
+        if picture in POSTURES | LINKAGES:
             halve(IMAGES / picture)
     browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if browser is None:

@@ -14,7 +14,7 @@ from mafsil.mobility.synthesis.task_file import function_of
 EXAMPLES = Path(__file__).parents[2] / "examples" / "synthesis"
 
 
-@pytest.mark.parametrize("name", ["five_poses", "timed_path", "logarithm"])
+@pytest.mark.parametrize("name", ["five_poses", "timed_path", "logarithm", "six_bar", "spherical"])
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_examples_have_linkages(name, language, capsys):
     assert main(["synthesis", str(EXAMPLES / f"{name}.toml"), "--lang", language]) == 0
@@ -31,6 +31,19 @@ def test_the_data_and_the_picture(tmp_path, capsys):
     assert len(data["candidates"]) == 6
     assert data["candidates"][5]["defects"] == ["circuit"]
     assert picture.stat().st_size > 10_000
+
+
+def test_cognates_and_pictures_of_other_linkages(tmp_path, capsys):
+    call = ["synthesis", str(EXAMPLES / "five_poses.toml"), "--json", "--cognates"]
+    assert main(call) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data.get("answer", data)["cognates"]["difference"] < 1e-9
+    assert main(["synthesis", str(EXAMPLES / "six_bar.toml"), "--cognates"]) != 0
+    assert "four-bars" in "".join(capsys.readouterr())
+    for name in ("six_bar", "spherical"):
+        picture = tmp_path / f"{name}.png"
+        assert main(["synthesis", str(EXAMPLES / f"{name}.toml"), "--picture", str(picture)]) == 0
+        assert picture.stat().st_size > 10_000
 
 
 def test_an_honest_no(tmp_path, capsys):
@@ -54,6 +67,11 @@ def test_the_error_of_a_function_is_shown(capsys):
         ("poses = [[0, 0, 0]]\npoints = [[0, 0]]", "poses, points"),
         ("poses = [[0, 0, 0]]", "3 to 5"),
         ("poses = [[0, 0], [1]]", "poses"),
+        ("orientations = [[0, 0, 0], [1, 0, 0]]", "three to five"),
+        ("points = [[0, 0], [1, 0], [2, 1]]\ntiming = [0, 1, 2]\nform = 'watt'", "5 to 5"),
+        ("points = [[0, 0], [1, 0], [2, 1]]\ntiming = [0, 1, 2]\nform = 'klann'", "watt"),
+        ("poses = [[0, 0, 0], [1, 0.6, 1], [2, 0.8, 2]]\n[limits]\nlongest = 'x'", "longest"),
+        ("poses = [[0, 0, 0], [1, 0.6, 1], [2, 0.8, 2]]\n[limits]\nheight = 1", "height"),
         ("poses = 'here'", "poses"),
         ("poses = [[0, 0, 0]]\nspeed = 3", "speed"),
         ("degrees = 1\nposes = [[0, 0, 0]]", "degrees"),

@@ -55,13 +55,13 @@ def _apart(pivots, axes):
 @pytest.mark.parametrize("seed", range(8))
 def test_angles_of_a_planted_linkage_give_it_back(count, seed):
     bar, theta, mode = planted(np.random.default_rng([count, seed]), count)
-    phi = bar.rocker_angle(theta, mode)
+    phi = bar.output_angle(theta, [mode])
     found = syn.synthesise_spherical_function(theta, phi, ground=bar.ground)
     assert len(found) <= {3: 1, 4: 2, 5: 5}[count]
     same = [np.abs(np.cos(arcs(one.linkage)) ** 2 - np.cos(arcs(bar)) ** 2).max() for one in found]
     assert min(same) < 1e-6
     for one in found:
-        turned = [one.linkage.rocker_angle(t, int(m[0])) for t, m in zip(one.theta, one.modes, strict=True)]
+        turned = [one.linkage.output_angle(t, m.tolist()) for t, m in zip(one.theta, one.modes, strict=True)]
         step = np.diff(turned) - np.diff(phi)
         assert np.abs(np.angle(np.exp(1j * step))).max() < 1e-6
 

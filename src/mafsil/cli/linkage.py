@@ -31,7 +31,15 @@ from mafsil.mobility import (
 from mafsil.mobility.linkages import CrankTurn, lock_joints, turn_crank
 from mafsil.mobility.linkages.mechanism_linkage import as_linkage
 from mafsil.mobility.linkages.plates import plates, write_plates
-from mafsil.mobility.synthesis import FunctionTask, Synthesis, synthesise_file
+from mafsil.mobility.synthesis import (
+    Candidate,
+    ChainCandidate,
+    ChainSynthesis,
+    FunctionTask,
+    Synthesis,
+    synthesise_file,
+)
+from mafsil.mobility.synthesis import cognates as cognates_of
 from mafsil.mobility.synthesis.answers import rows_of
 from mafsil.whole_file import write_whole
 
@@ -189,12 +197,15 @@ def _draw(linkage: Linkage, found: Mobility, path: Path) -> None:
     save(linkage, path, found=found)
 
 
-def synthesis_of(file: str, candidate: str | int | None = None, picture: str | None = None) -> Answer:
+def synthesis_of(
+    file: str, candidate: str | int | None = None, cognates: bool = False, picture: str | None = None
+) -> Answer:
     """Linkages for a task in a file.
 
     Args:
         file: TOML with poses, points or a function.
-        candidate: number of the one that is described and draw_picture, from 1 on.
+        candidate: number of the one that is described and drawn, from 1 on.
+        cognates: show the two other four-bars that draw its coupler curve.
         picture: file to draw into.
 
     Raises:
@@ -207,13 +218,17 @@ def synthesis_of(file: str, candidate: str | int | None = None, picture: str | N
     data, lines = found.to_dict(), found.explain().split("\n")
     if found.best is not None:
         lines = lines[: 2 if found.method else 1]
-        head, rows = rows_of(found.candidates[:MOST_SHOWN])
-        lines += table(head, rows, words=(6,))
+        head, rows = found.rows() if isinstance(found, ChainSynthesis) else rows_of(found.candidates)
+        lines += table(head, rows[:MOST_SHOWN], words=(len(head) - 1,))
         if len(found) > MOST_SHOWN:
             lines.append(say("messages.more_rows", count=len(found) - MOST_SHOWN))
         lines += found[shown - 1].explain().split("\n")
         if task is not None:
             lines.append(_error_between(found, task, shown - 1, data))
+        if cognates:
+            three = cognates_of(_four_bar(found[shown - 1]))
+            data["cognates"] = three.to_dict()
+            lines += repr(three).split("\n")
     if picture is not None:
         from mafsil.figures.synthesis import plot_synthesis
 
@@ -221,7 +236,18 @@ def synthesis_of(file: str, candidate: str | int | None = None, picture: str | N
     return Answer(data, tuple(lines), None if found else found.explain().split("\n")[0])
 
 
-def _error_between(found: Synthesis, task: FunctionTask, index: int, data: dict[str, Any]) -> str:
+def _four_bar(one: Candidate | ChainCandidate) -> Candidate:
+    """The candidate, which has cognates.
+
+    Raises:
+        InputError: a six-bar or a spherical four-bar.
+    """
+    if isinstance(one, ChainCandidate):
+        raise InputError("synthesis.cognate_kind")
+    return one
+
+
+def _error_between(found: Synthesis | ChainSynthesis, task: FunctionTask, index: int, data: dict[str, Any]) -> str:
     """The sentence about the error between the precision points; the number goes into the data."""
     largest = task.structural_error(found, index).largest
     lower, upper = task.interval

@@ -13,7 +13,8 @@ from mafsil.figures.picture_file import picture_file
 from mafsil.messages import in_line, say
 from mafsil.messages.visible import visible
 from mafsil.mobility import FourBar
-from mafsil.mobility.synthesis import Candidate, Synthesis
+from mafsil.mobility.synthesis import Candidate, ChainCandidate, ChainSynthesis, SixBar, SphericalFourBar, Synthesis
+from mafsil.mobility.synthesis.poses import as_points
 
 _INK, _GROUND, _GHOST = "#39424a", "#8a949c", "#c9d0d6"
 _CRANK, _COUPLER, _ROCKER = "#2e8b57", "#2f6fd0", "#8c6bb1"
@@ -22,11 +23,11 @@ MARGIN = 0.25
 """Free border about pivots and poses, over their extent; curves that run to infinity are cut there."""
 
 
-def plot_synthesis(found: Synthesis, path: str | PathLike[str], *, index: int = 0) -> None:
+def plot_synthesis(found: Synthesis | ChainSynthesis, path: str | PathLike[str], *, index: int = 0) -> None:
     """Draw a candidate of a synthesis into a file.
 
     Args:
-        found: the answer of `synthesise_motion`, `synthesise_path` or `synthesise_function`.
+        found: the answer of a synthesis: four-bars, six-bars, spherical four-bars.
         path: .png, .svg or .pdf.
         index: of the candidate; without candidates the task is drawn alone.
 
@@ -45,7 +46,7 @@ def plot_synthesis(found: Synthesis, path: str | PathLike[str], *, index: int = 
         figure.savefig(file, dpi=150, bbox_inches="tight", pad_inches=0.08, metadata=undated)
 
 
-def draw_synthesis(found: Synthesis, index: int = 0) -> Any:
+def draw_synthesis(found: Synthesis | ChainSynthesis, index: int = 0) -> Any:
     """The picture as a matplotlib figure.
 
     Args:
@@ -58,6 +59,20 @@ def draw_synthesis(found: Synthesis, index: int = 0) -> Any:
     figure = Figure(figsize=(7.0, 6.0))
     FigureCanvasAgg(figure)
     axes: Any = figure.add_axes((0.02, 0.02, 0.96, 0.86))
+    if isinstance(found, ChainSynthesis):
+        _draw_chain(axes, found, index)
+    else:
+        _draw_four_bar(axes, found, index)
+    axes.set_aspect("equal")
+    axes.axis("off")
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="lower right", fontsize=8, frameon=False)
+    figure.suptitle(in_line(visible(found.explain().split("\n")[0])), fontsize=10, wrap=True)
+    return figure
+
+
+def _draw_four_bar(axes: Any, found: Synthesis, index: int) -> None:
+    """The task, Burmester's curves, a candidate and its coupler curve."""
     one = found[index] if len(found) else None
     view = _view(found, one)
     if found.curves is not None:
@@ -74,12 +89,73 @@ def draw_synthesis(found: Synthesis, index: int = 0) -> Any:
                 axes.plot(*_inside(curve, view).T, color=_CURVE, linewidth=1.0, zorder=1, **name)
     _task(axes, found, 0.06 * float((view[1] - view[0]).max()))
     axes.set(xlim=view[:, 0], ylim=view[:, 1])
-    axes.set_aspect("equal")
-    axes.axis("off")
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="lower right", fontsize=8, frameon=False)
-    figure.suptitle(in_line(visible(found.explain().split("\n")[0])), fontsize=10, wrap=True)
-    return figure
+
+
+def _draw_chain(axes: Any, found: ChainSynthesis, index: int) -> None:
+    """A six-bar, or the axes of a spherical four-bar as points of the sphere, in its positions; path and curve."""
+    if found.aim == "path":
+        for k, place in enumerate(found.task[:, :2]):
+            axes.plot(*place, marker="o", markersize=3.5, color=_TASK, zorder=7)
+            axes.annotate(str(k + 1), place, (5, 5), textcoords="offset points", color=_TASK, zorder=8)
+    if not len(found):
+        return
+    one = found[index]
+    for k in range(len(one.theta) - 1, -1, -1):
+        lines = _chain_lines(one, k)
+        for line, colour in zip(lines, (_CRANK, _COUPLER, _ROCKER, _COUPLER, _ROCKER), strict=False):
+            axes.plot(*line.T, color=_GHOST if k else colour, linewidth=1.0 if k else 2.6, zorder=2 if k else 4)
+    linkage = one.linkage
+    if isinstance(linkage, SixBar):
+        modes: list[int] = one.modes[0].tolist()
+        angles = np.linspace(-np.pi, np.pi, 1441)
+        stretch = np.abs(linkage.cosines(angles, modes)).max(axis=1, keepdims=True)
+        curve = np.where(stretch <= 1.0, linkage.traced(angles, modes), np.nan)
+        axes.plot(*curve.T, color=_CURVE, linewidth=1.0, zorder=1, label=_label("coupler_curve"))
+        fixed = linkage.pivots
+    else:
+        fixed = _seen(linkage.pivots, one)
+        axes.add_patch(_circle())
+    axes.plot(*fixed.T, linestyle="none", marker="^", markersize=12, color=_GROUND, zorder=5)
+
+
+def _circle() -> Any:
+    """The outline of the unit sphere."""
+    from matplotlib.patches import Circle
+
+    return Circle((0.0, 0.0), 1.0, fill=False, color=_GHOST, linewidth=1.0)
+
+
+def _chain_lines(one: ChainCandidate, k: int) -> list[Floats]:
+    """Links (m, 2) of a chain in a position: crank, then both links of each dyad, through all points that they hold."""
+    linkage, theta, modes = one.linkage, one.theta[k : k + 1], one.modes[k].tolist()
+    if isinstance(linkage, SphericalFourBar):
+        B, C = (axis[0] for axis in linkage.axes(theta, modes[0]))
+        ends = ((linkage.A, B), (B, C), (C, linkage.D))
+        share = np.linspace(0.0, 1.0, 40)[:, None]
+        arcs = [(1 - share) * start + share * end for start, end in ends]
+        return [_seen(arc / np.linalg.norm(arc, axis=1, keepdims=True), one) for arc in arcs]
+    assert isinstance(linkage, SixBar)
+    places, ways, _ = linkage.bodies(theta, modes)
+    z, u = places[:, 0], ways[:, 0]
+    held: list[list[complex]] = [[z[1], z[1] + linkage.crank * u[1]], *([z[m]] for m in range(2, 6))]
+    for number, pair in enumerate(linkage.arms):
+        hinge = z[2 + 2 * number] + pair[0].length * u[2 + 2 * number]
+        held[1 + 2 * number].append(hinge)
+        held[2 + 2 * number].append(hinge)
+        for arm in pair:
+            if arm.body:
+                held[arm.body - 1].append(z[arm.body] + arm.point * u[arm.body])
+    if linkage.point is not None:
+        held[3].append(z[4] + linkage.point * u[4])
+    return [as_points(np.array([*points, points[0]], dtype=np.complex128)) for points in held]
+
+
+def _seen(axes: Floats, one: ChainCandidate) -> Floats:
+    """(k, 2) unit vectors seen from the middle of the fixed axes of a spherical four-bar."""
+    A, D = one.linkage.pivots
+    z = (A + D) / np.linalg.norm(A + D)
+    x = (D - A) / np.linalg.norm(D - A)
+    return np.stack([axes @ x, axes @ np.cross(z, x)], axis=-1)
 
 
 def _label(key: str) -> str:

@@ -55,6 +55,10 @@ class CrankChain(Protocol):
         """(k, dyads) cosines of the transmission angles at crank angles (k,); beyond -1 and 1 it does not close."""
         ...
 
+    def output_angle(self, theta: Floats, modes: Sequence[int]) -> Floats:
+        """(k,) angles of the output link [rad]."""
+        ...
+
 
 @dataclass(frozen=True, eq=False)
 class Placed:
@@ -88,7 +92,7 @@ class ChainCandidate(Answer, data="linkage theta modes circuits defects transmis
         residual: how far the positions are missed, closed by the crank and its modes alone [m | rad].
     """
 
-    linkage: Any
+    linkage: CrankChain
     theta: Floats
     modes: Integers
     circuits: Integers

@@ -26,6 +26,7 @@ from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.candidate import Candidate
+from mafsil.mobility.synthesis.crank_chain import ChainCandidate, ChainSynthesis
 from mafsil.mobility.synthesis.dyads import Dyad, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import Positions
 from mafsil.mobility.synthesis.motion import dyads_through
@@ -56,8 +57,8 @@ class StructuralError:
         x: (samples,) arguments.
         desired, generated: (samples,) values of the function and of the linkage.
         output_error: (samples,) error of the rocker's angle [rad].
-        missing: (samples,) length by which the linkage does not close; zero where it does, elsewhere `generated` is of
-            its nearest dead point [m].
+        missing: (samples,) length by which the linkage does not close, of six-bars and on the sphere the excess of the
+            cosine of its transmission angle; zero where it does, elsewhere `generated` is of a dead point [m].
     """
 
     x: Floats
@@ -142,11 +143,13 @@ class FunctionTask:
             self.crank_angles(chosen), self.rocker_angles(self.values(chosen)), ground=ground, limits=limits
         )
 
-    def structural_error(self, found: Synthesis, index: int = 0, samples: int = 181) -> StructuralError:
+    def structural_error(
+        self, found: Synthesis | ChainSynthesis, index: int = 0, samples: int = 181
+    ) -> StructuralError:
         """The error of a candidate over the whole interval.
 
         Args:
-            found: the answer of `synthesise`.
+            found: the answer of `synthesise`, or of six-bars or spherical four-bars for its angles.
             index: of the candidate.
             samples: arguments at which it is taken.
         """
@@ -154,20 +157,24 @@ class FunctionTask:
         x = np.linspace(*self.interval, whole("samples", samples, 2, 1_000_000))
         y = self.values(x)
         theta = self.crank_angles(x) + float(one.theta[0] - found.task[0, 0])
-        first = _rocker_angle(one, one.theta[:1])
-        error = wrap_angle(_rocker_angle(one, theta) - float(first[0]) - (self.rocker_angles(y) - found.task[0, 1]))
+        first, _ = _output(one, one.theta[:1])
+        angle, missing = _output(one, theta)
+        error = wrap_angle(angle - float(first[0]) - (self.rocker_angles(y) - found.task[0, 1]))
         low, high = self.values(np.array(self.interval))
         scale = (high - low) / (self.outputs[1] - self.outputs[0])
-        assert isinstance(one.linkage, FourBar)
-        return StructuralError(x, y, y + scale * error, error, one.linkage.positions(theta).missing)
+        return StructuralError(x, y, y + scale * error, error, missing)
 
 
-def _rocker_angle(one: Candidate, theta: Floats) -> Floats:
-    """(k,) angles of the rocker in the mode of the first position, from D to C [rad]."""
+def _output(one: Candidate | ChainCandidate, theta: Floats) -> tuple[Floats, Floats]:
+    """Angles (k,) of the output link in the modes of the first position [rad], and by how much (k,) it stays open."""
+    if isinstance(one, ChainCandidate):
+        modes: list[int] = one.modes[0].tolist()
+        excess = np.abs(one.linkage.cosines(theta, modes)).max(axis=1) - 1.0
+        return one.linkage.output_angle(theta, modes), np.maximum(excess, 0.0)
     _, C = one.moving_pivots(theta, int(one.modes[0]))
     arm = C - one.D
     assert isinstance(one.linkage, FourBar)
-    return np.arctan2(arm[..., 1], arm[..., 0])
+    return np.arctan2(arm[..., 1], arm[..., 0]), one.linkage.positions(theta).missing
 
 
 def synthesise_function(

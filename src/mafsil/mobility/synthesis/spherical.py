@@ -117,9 +117,9 @@ class SphericalFourBar:
         z = _unit(np.cross(B, C))
         return np.stack([B, np.cross(z, B), z], axis=-1)
 
-    def rocker_angle(self, theta: ArrayLike, mode: int = 1) -> Floats:
+    def output_angle(self, theta: ArrayLike, modes: Sequence[int] = (1,)) -> Floats:
         """(*batch,) angle of the rocker about D, from the arc that goes on from A beyond D [rad]."""
-        _, C = self.axes(theta, mode)
+        _, C = self.axes(theta, modes[0])
         x = _unit(self.D * (self.A @ self.D) - self.A)
         return np.arctan2(C @ np.cross(self.D, x), C @ x)
 

@@ -8,6 +8,9 @@ samples = 100
 
 points = [[0, 0], [1, 0.5], [2, 0.6]]                 # path
 timing = [0, 40, 80]                 # angles of the crank; left out: any
+form = "watt"                        # or "stephenson": a six-bar, of five points with timing
+
+orientations = [[0, 0, 0], [10, 0, 5], [20, 5, 9]]    # motion about a point: rotation vectors
 
 [function]                           # function: three to five precision points by Chebyshev
 formula = "log10(x)"
@@ -16,6 +19,8 @@ inputs = [30, 90]
 outputs = [240, 330]
 count = 4
 ground = 1.0
+arc = 70                             # between the axes of a spherical four-bar, instead of `ground`
+form = "watt"                        # or "stephenson": a six-bar, of five precision points
 
 [limits]                             # of each kind
 pivots = [[-1, -1], [2, 1]]          # corners of the region of fixed pivots
@@ -32,21 +37,27 @@ from typing import Any, cast
 
 import numpy as np
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, as_batch, whole
 from mafsil.errors import FileError
+from mafsil.geometry import rotation
 from mafsil.mobility.synthesis.answers import Synthesis
 from mafsil.mobility.synthesis.assessment import LinkageLimits
-from mafsil.mobility.synthesis.function_task import FunctionTask
+from mafsil.mobility.synthesis.crank_chain import ChainSynthesis
+from mafsil.mobility.synthesis.function_task import FunctionTask, chebyshev_spacing
 from mafsil.mobility.synthesis.motion import synthesise_motion
 from mafsil.mobility.synthesis.path import synthesise_path
+from mafsil.mobility.synthesis.six_bar import Form
+from mafsil.mobility.synthesis.six_bar_synthesis import synthesise_six_bar_function, synthesise_six_bar_path
+from mafsil.mobility.synthesis.spherical import synthesise_spherical_function, synthesise_spherical_motion
 from mafsil.toml_source import read_toml
 
 AIMS = {
     "poses": {"poses", "fixed", "moving", "samples", "degrees", "limits"},
-    "points": {"points", "timing", "samples", "degrees", "limits"},
+    "points": {"points", "timing", "form", "samples", "degrees", "limits"},
+    "orientations": {"orientations", "samples", "degrees", "limits"},
     "function": {"function", "degrees", "limits"},
 }
-FUNCTION_KEYS = {"formula", "interval", "inputs", "outputs", "count", "ground"}
+FUNCTION_KEYS = {"formula", "interval", "inputs", "outputs", "count", "ground", "arc", "form"}
 FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "log": np.log, "log10": np.log10, "sqrt": np.sqrt,
     "abs": np.abs, "atan": np.arctan,
@@ -55,12 +66,13 @@ OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
     ast.USub: np.negative, ast.UAdd: np.positive,
 }  # fmt: skip
-OTHER_KEYS = ("samples", "degrees", "function", "limits")
+OTHER_KEYS = ("samples", "degrees", "function", "limits", "form")
+FORMS = ("watt", "stephenson")
 LIMIT_KEYS = {"pivots", "transmission", "longest"}
 LONGEST_FORMULA = 200
 
 
-def synthesise_file(path: str | Path) -> tuple[Synthesis, FunctionTask | None]:
+def synthesise_file(path: str | Path) -> tuple[Synthesis | ChainSynthesis, FunctionTask | None]:
     """The synthesis that a file asks for, and its function if it asks for one.
 
     Raises:
@@ -85,11 +97,20 @@ def synthesise_file(path: str | Path) -> tuple[Synthesis, FunctionTask | None]:
         return synthesise_motion(poses * scale, **lists, **sampled, limits=limits), None
     if given[0] == "points":
         timing = lists["timing"] * unit if "timing" in lists else None
+        if "form" in data:
+            form = _form(data["form"], source)
+            angles = np.zeros(0) if timing is None else timing
+            return synthesise_six_bar_path(lists["points"], angles, form=form, **sampled, limits=limits), None
         return synthesise_path(lists["points"], timing, **sampled, limits=limits), None
+    if given[0] == "orientations":
+        turns = rotation.exp(as_batch("orientations", lists["orientations"] * unit, (3,)))
+        return synthesise_spherical_motion(turns, **sampled, limits=limits), None
     return _function(data["function"], unit, source, limits)
 
 
-def _function(entry: object, unit: float, source: str, limits: LinkageLimits) -> tuple[Synthesis, FunctionTask]:
+def _function(
+    entry: object, unit: float, source: str, limits: LinkageLimits
+) -> tuple[Synthesis | ChainSynthesis, FunctionTask]:
     """The synthesis of a table [function].
 
     Args:
@@ -105,6 +126,15 @@ def _function(entry: object, unit: float, source: str, limits: LinkageLimits) ->
         raise FileError("synthesis.file_value", path=source, name="formula", expected='"log10(x)"')
     inputs, outputs = ((unit * pairs[name][0], unit * pairs[name][1]) for name in ("inputs", "outputs"))
     task = FunctionTask(function_of(formula, source), pairs["interval"], inputs, outputs)
+    if "arc" in table or "form" in table:
+        count = table.get("count", 3 if "arc" in table else 5)
+        x = chebyshev_spacing(*task.interval, whole("count", count, 3, 5))
+        pairs_of_angles = task.crank_angles(x), task.rocker_angles(task.values(x))
+        if "form" in table:
+            form = _form(table["form"], source)
+            return synthesise_six_bar_function(*pairs_of_angles, form=form, limits=limits), task
+        arc = _number(table["arc"], "arc", source) * unit
+        return synthesise_spherical_function(*pairs_of_angles, ground=arc, limits=limits), task
     return task.synthesise(table.get("count", 3), ground=table.get("ground", 1.0), limits=limits), task
 
 
@@ -131,6 +161,13 @@ def _table_of(entry: object, name: str, keys: set[str], source: str) -> dict[str
     table = cast("dict[str, Any]", entry)
     _known(table, keys, source)
     return table
+
+
+def _form(value: object, source: str) -> Form:
+    """Watt's or Stephenson's."""
+    if value in FORMS:
+        return value
+    raise FileError("synthesis.file_value", path=source, name="form", expected='"watt" | "stephenson"')
 
 
 def _number(value: object, name: str, source: str) -> float:
