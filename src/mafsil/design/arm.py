@@ -29,7 +29,7 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import inf, isfinite, pi
 from os import PathLike
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -66,6 +66,30 @@ class Parameter:
         self._numbers()
         if not self.low <= self.value <= self.high:
             raise InputError("input.range", name="value", value=self.value, low=self.low, high=self.high)
+
+
+class Design(Protocol):
+    """One robot of a family: what its evaluation has to know of it."""
+
+    @property
+    def robot(self) -> Any:
+        """The robot itself."""
+        ...
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Of the parameters."""
+        ...
+
+    @property
+    def effort(self) -> Floats:
+        """(n,) limits of the joints or motors; infinite where there are none [N m | N]."""
+        ...
+
+    @property
+    def mass(self) -> float:
+        """Of all its parts [kg]."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, slots=True)
