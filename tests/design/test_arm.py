@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 
 import mafsil as mf
 from mafsil.design import FlexibleArm, ParametricArm, Tube
-from mafsil.design.family import ArmNumbers
+from mafsil.design.family import ArmNumbers, may_reach, reach_and_void
+from mafsil.performance.velocity.scaling import ranges
 
 TABLE = {
     "name": "six", "convention": "modified",
@@ -257,3 +258,31 @@ def test_plane_arm_against_rigid_pieces_with_springs(q: tuple[float, float]) -> 
     found = arm.frequencies(list(q), 4)
     assert np.abs(found / lowest - 1).min() < 0.01
     assert arm.deflection([q, q]).shape == (2, 6)
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur5e", "panda", "iiwa7", "planar3r", "stanford_arm"])
+@pytest.mark.parametrize("task", ["pose", "position"])
+def test_poses_that_an_arm_has_are_never_proved_out_of_reach(name: str, task: str) -> None:
+    robot, rng = mf.load(name), np.random.default_rng(0)
+    arm = ArmNumbers.stack([ArmNumbers.of(robot)]).spread()
+    poses = robot.fk(rng.uniform(-pi, pi, (2000, robot.n)))
+    assert may_reach(arm, poses, task).all()
+    (far,), _ = reach_and_void(
+        ArmNumbers.stack([ArmNumbers.of(robot)]), np.full((1, robot.n), -pi), np.full((1, robot.n), pi)
+    )
+    away = poses.copy()
+    away[:, :3, 3] += 3.0 * far * rng.choice([-1.0, 1.0], (2000, 3))
+    assert may_reach(arm, away, task).all() == (name == "stanford_arm")
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur5e", "panda", "iiwa7", "planar3r", "stanford_arm"])
+def test_no_configuration_is_farther_or_nearer_than_the_extreme_distances(name: str) -> None:
+    robot = mf.load(name)
+    arm, (low, high) = ArmNumbers.of(robot), ranges(robot)
+    away = np.linalg.norm(
+        robot.fk(np.random.default_rng(3).uniform(low, high, (200_000, robot.n)))[:, :3, 3] - arm.shoulder, axis=1
+    )
+    (far,), (near,) = reach_and_void(ArmNumbers.stack([arm]), low[None], high[None])
+    assert near <= away.min()
+    assert away.max() <= far
+    assert away.max() > 0.97 * far

@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import inf, isfinite, pi
@@ -221,7 +220,7 @@ class ParametricArm(Family):
         return self.at(**values).robot
 
     def _build(self, values: Mapping[str, float]) -> ArmDesign:
-        table = cast("dict[str, Any]", numbers_in(deepcopy(dict(self.table)), values, self.name))
+        table = cast("dict[str, Any]", numbers_in(dict(self.table), values, self.name))
         joints = table.get("joint", [])
         joints = cast("list[Any]", joints) if isinstance(joints, list) else []
         parts = [
