@@ -1,15 +1,21 @@
-"""Search among designs: published optima of plane arms, fronts with limits, equal seeds."""
+"""Search among arms and platforms: published optima, fronts, equal seeds; platforms as designs by their own numbers."""
 
 from __future__ import annotations
 
 from math import pi, sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import mafsil as mf
-from mafsil.design import ParametricArm, TaskSet, optimise
+from mafsil.cli.design import design as answer_of_command
+from mafsil.design import ParametricArm, ParametricPlatform, TaskSet, evaluate, measure_designs, optimise
+from mafsil.design.platform import platform_motion
 from mafsil.design.search import is_undominated
+from mafsil.parallel import DeltaRobot, StewartPlatform
+from mafsil.parallel.legs.rod_indices import rod_indices
 from tests.design.test_tasks import plane_arm
 
 
@@ -101,3 +107,210 @@ def test_undominated_rows() -> None:
     for k, row in enumerate(rows):
         assert keep[k] == (not any((other <= row).all() and (other < row).any() for other in rows))
     assert is_undominated([[1.0, 1.0], [1.0, 1.0]]).tolist() == [True, False]
+
+
+DELTA = {
+    "kind": "rotary_delta",
+    "parameters": {"arm": {"value": 0.524, "low": 0.3, "high": 0.8}},
+    "geometry": {"base": 0.164, "platform": 0.044, "arms": "arm", "forearms": 1.244},
+    "masses": {"platform": 0.5, "arms": "2 * arm", "rods": 0.3},
+    "motors": {"effort": 60.0, "stiffness": 2e4, "rod_stiffness": 5e6},
+}  # fmt: skip
+BASE, PLATFORM = [0.1, 1.9, 2.2, 4.0, 4.3, 6.1], [0.9, 1.2, 3.0, 3.3, 5.1, 5.4]
+STEWART = {
+    "kind": "stewart",
+    "geometry": {"base": 0.4, "platform": 0.2, "base_angles": BASE, "platform_angles": PLATFORM},
+    "masses": {"platform": 5.0},
+    "motors": {"lower": 0.3, "upper": 0.9, "effort": 500.0, "stiffness": 1e7},
+}
+FIVE_BAR = {
+    "kind": "five_bar", "gravity": [0.0, -9.81, 0.0],
+    "geometry": {"base": [[-0.1, 0.0], [0.1, 0.0]], "arms": 0.2, "rods": 0.3},
+    "masses": {"platform": 0.2}, "motors": {"effort": 5.0, "stiffness": 1e3},
+}  # fmt: skip
+POINTS = [[0.3, 0.0, -1.1], [-0.2, 0.3, -1.1], [0.0, 0.0, -0.95]]
+
+
+def test_efforts_of_a_delta_without_rods_masses_are_those_of_its_transpose() -> None:
+    table = DELTA | {"masses": {"platform": 0.5}}
+    found = evaluate(ParametricPlatform.of(table).at(), TaskSet.of({"points": POINTS, "payload": 1.5}))
+    delta = DeltaRobot(0.164, 0.044, 0.524, 1.244)
+    q = delta.inverse_kinematics(POINTS).q[..., 0]
+    assert found
+    np.testing.assert_allclose(found.q, q, atol=1e-12)
+    np.testing.assert_allclose(found.torque, delta.torques(q, POINTS, [0.0, 0.0, 2.0 * 9.81]), rtol=1e-9)
+    values = np.linalg.svd(delta.jacobian(q, POINTS), compute_uv=False)
+    np.testing.assert_allclose(found.gains, values[:, [-1, 0]], rtol=1e-9)
+    # What it holds brings one motor to its limit and none beyond.
+    for k, mass in enumerate(found.payload):
+        torque = delta.torques(q[k], POINTS[k], [0.0, 0.0, (0.5 + mass) * 9.81])
+        assert np.abs(torque).max() == pytest.approx(60.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("table", [DELTA, FIVE_BAR])
+def test_deflection_and_frequency_by_the_stiffness_of_the_platform(table: dict) -> None:
+    """Second road: K and M about the platform, K V = load and K v = omega^2 M v."""
+    points = POINTS if table is DELTA else [[0.0, 0.3, 0.0], [0.1, 0.35, 0.0]]
+    design, tasks = ParametricPlatform.of(table).at(), TaskSet.of({"points": points, "payload": 1.0})
+    found = evaluate(design, tasks)
+    motors = design.motors
+    rods = None if np.isinf(motors.rod_stiffness) else motors.rod_stiffness
+    K = rod_indices(design.robot, tasks.poses, found.q, motor_stiffness=motors.stiffness, rod_stiffness=rods).stiffness
+    loaded = design.loaded(1.0, (0.0, 0.0, 0.0))
+    M = loaded.mass_matrix(tasks.poses, found.q)
+    J = design.robot.jacobian(tasks.poses, found.q)
+    for k in range(len(points)):
+        load = np.linalg.solve(J[k].T, found.torque[k])
+        assert found.deflection[k] == pytest.approx(np.linalg.norm(np.linalg.solve(K[k], load)), rel=1e-8)
+        assert found.frequency[k] == pytest.approx(
+            np.sqrt(eigh(K[k], M[k], eigvals_only=True)[0]) / 2 / np.pi, rel=1e-8
+        )
+
+
+def test_a_stewart_platform_carries_its_load_by_its_legs() -> None:
+    tasks = TaskSet.of({
+        "poses": [[0, 0, 0.6, 0, 0, 0], [0.05, 0, 0.6, 0, 0.1, 0.05]], "payload": 5.0, "centre": [0.0, 0.05, 0.1],
+        "period": 2.0, "characteristic_length": 0.2,
+    })  # fmt: skip
+    found = evaluate(ParametricPlatform.of(STEWART).at(), tasks)
+    robot = StewartPlatform.on_circles(0.4, 0.2, BASE, PLATFORM)
+    assert found
+    np.testing.assert_allclose(found.q, robot.lengths(tasks.poses), atol=1e-12)
+    for T, torque in zip(tasks.poses, found.torque, strict=True):
+        at, weight = T @ [0.0, 0.05, 0.1, 1.0], np.array([0.0, 0.0, -5.0 * 9.81])
+        load = np.concatenate([np.cross(at[:3], weight) + np.cross(T[:3, 3], weight), 2 * weight])
+        # Legs balance the load: the platform exerts it, in space axes about the origin.
+        np.testing.assert_allclose(np.abs(torque), np.abs(robot.leg_forces(T, load)), rtol=1e-8)
+    assert found.measures["peak_torque"] > found.measures["static_torque"]
+    far = evaluate(ParametricPlatform.of(STEWART).at(), TaskSet.of({"poses": [[0, 0, 1.6, 0, 0, 0]]}))
+    assert far.status.name == "NOT_FOUND"
+
+
+def test_motion_between_poses_by_differences() -> None:
+    poses = TaskSet.of(
+        {"poses": [[0, 0, 0.6, 0, 0, 0], [0.1, 0.2, 0.5, 0.3, -0.2, 0.4], [0, 0.1, 0.7, 0, 0.5, 0]]}
+    ).poses
+    T, V, Vd = (part.reshape(3, 25, *part.shape[1:]) for part in platform_motion(poses, 3.0))
+    step = 1.0 / 25
+    for leg in range(3):
+        for k in range(1, 24):
+            rate = (T[leg, k + 1] - T[leg, k - 1]) / (2 * step) @ np.linalg.inv(T[leg, k])
+            seen = np.array([rate[2, 1], rate[0, 2], rate[1, 0], *rate[:3, 3]])
+            np.testing.assert_allclose(V[leg, k], seen, atol=0.02)
+            np.testing.assert_allclose(Vd[leg, k], (V[leg, k + 1] - V[leg, k - 1]) / (2 * step), atol=0.15)
+
+
+def test_a_slow_cycle_takes_the_static_efforts_and_work_is_that_of_the_speed() -> None:
+    design = ParametricPlatform.of(DELTA).at()
+    slow = evaluate(design, TaskSet.of({"points": POINTS, "period": 1e5}))
+    fast = evaluate(design, TaskSet.of({"points": POINTS, "period": 0.5}))
+    twice = evaluate(design, TaskSet.of({"points": POINTS, "period": 0.25}))
+    assert np.isfinite(slow.peak).all()
+    assert twice.measures["speed"] == pytest.approx(2 * fast.measures["speed"], rel=1e-9)
+    assert (twice.peak > 2 * fast.peak).all()
+    away = TaskSet.of({"points": [[0.9, 0.0, -1.1], [-0.9, 0.0, -1.1]], "period": 1.0})
+    blocked = ParametricPlatform.of(DELTA | {"motors": {"lower": -2.0, "upper": 0.2}}).at()
+    assert np.isnan(evaluate(blocked, away).peak).all()
+
+
+@pytest.mark.parametrize(
+    ("table", "inner", "pose"),
+    [(DELTA, False, np.array([0.0, 0.0, -0.9])), (FIVE_BAR, [True, False], np.array([0.0, 0.3]))],
+)
+def test_elbows_are_outside_as_such_robots_are_built_or_as_the_table_says(
+    table: dict, inner: object, pose: np.ndarray
+) -> None:
+    away = list[np.ndarray]()
+    for motors in ({}, {"second": inner}):
+        robot = ParametricPlatform.of(table | {"motors": motors}).at()
+        found = evaluate(robot, TaskSet.of({"points": [[*pose, 0.0][:3]]}))
+        away.append(np.linalg.norm(robot.robot.carriers(found.q[0])[:, : len(pose) - 1], axis=-1))
+    assert (away[0] > away[1]).all()
+
+
+def test_many_platforms_are_as_each_one() -> None:
+    family, tasks = ParametricPlatform.of(DELTA), TaskSet.of({"points": POINTS, "payload": 1.0, "period": 2.0})
+    designs = [family.at(arm=value) for value in (0.4, 0.5, 0.6)]
+    names = ("condition", "peak_torque", "mass", "payload", "reached", "deflection")
+    measured, q = measure_designs(designs, tasks, names)
+    for k, design in enumerate(designs):
+        alone = evaluate(design, tasks)
+        np.testing.assert_array_equal(q[k], alone.q)
+        assert [measured[name][k] for name in names] == [alone.measures[name] for name in names]
+
+
+def _orthoglide(edge: float) -> tuple[ParametricPlatform, TaskSet]:
+    """Three linear motors at right angles through a point that stands off the middle of a cube; the cube's corners."""
+    table = {
+        "kind": "linear_delta",
+        "parameters": {
+            "rod": {"value": 0.4, "low": 0.25, "high": 0.6}, "off": {"value": 0.0, "low": -0.05, "high": 0.05},
+        },
+        "geometry": {
+            "towers": [["off", "off", "off"]] * 3, "rods": "rod", "platform": np.zeros((3, 3)).tolist(),
+            "rails": np.eye(3).tolist(),
+        },
+        "masses": {"rods": "rod"},
+    }  # fmt: skip
+    corners = edge / 2 * (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1.0)
+    return ParametricPlatform.of(table), TaskSet.of({"points": corners.tolist()})
+
+
+def test_the_published_optimum_of_the_orthoglide_is_found() -> None:
+    """Wenger & Chablat 2000: the shortest rods whose velocity amplification stays between 1/2 and 2 over a cube.
+
+    At the corner (p, p, p) from the isotropic point it is 1 / (1 + 2 t) with t = p / sqrt(L^2 - 2 p^2): a half and two
+    where p = L / sqrt(6) and - L / sqrt(18), so that the cube of 200 mm needs rods of 310.6 mm.
+    """
+    family, tasks = _orthoglide(0.2)
+    limits = {"amplification": 2.0, "singular_distance": 0.5}
+    found = optimise(family, tasks, ["mass"], limits, population=16, generations=60, seed=1)
+    (best,) = found.points
+    assert best.proved
+    assert best.values["rod"] == pytest.approx(0.2 / (1 / np.sqrt(6) + 1 / np.sqrt(18)), rel=2e-3)
+    assert best.values["rod"] == pytest.approx(0.3106, rel=2e-3)
+
+
+def test_an_isotropic_delta_has_rods_at_right_angles() -> None:
+    """J is isotropic in the middle where W W' = E l^2: the three rods are normal to each other."""
+    table = DELTA | {"parameters": {"arm": {"value": 0.5, "low": 0.3, "high": 1.4}}}
+    found = optimise(
+        ParametricPlatform.of(table), TaskSet.of({"points": [[0.0, 0.0, -1.0]]}), ["condition"], population=12,
+        generations=40,
+    )  # fmt: skip
+    (best,) = found.points
+    assert best.proved
+    design = best.design
+    rods = design.robot.ends([0.0, 0.0, -1.0]) - design.robot.carriers(best.evaluation.q[0])
+    assert best.measures["condition"] > 0.999
+    np.testing.assert_allclose(rods @ rods.T / 1.244**2, np.eye(3), atol=2e-3)
+
+
+def test_wrong_platforms_are_refused(tmp_path: Path) -> None:
+    for change, word in (
+        ({"kind": "octopod"}, "octopod"), ({"wheels": 4}, "wheels"), ({"geometry": {"base": 0.1}}, "platform"),
+        ({"masses": {"soul": 1.0}}, "soul"), ({"motors": {"colour": 1.0}}, "colour"),
+        ({"motors": {"effort": -1.0}}, "effort"), ({"geometry": DELTA["geometry"] | {"arms": "leg"}}, "leg"),
+        ({"geometry": DELTA["geometry"] | {"arms": -0.1}}, "arms"), ({"masses": {"platform": -1.0}}, "platform"),
+    ):  # fmt: skip
+        with pytest.raises(mf.MafsilError, match=word):
+            ParametricPlatform.of(DELTA | change)
+    family, tasks = ParametricPlatform.of(DELTA), TaskSet.of({"points": POINTS})
+    with pytest.raises(mf.InputError, match="goals"):
+        optimise(family, tasks, ["reach"])
+    with pytest.raises(mf.InputError, match="scene"):
+        evaluate(family.at(), TaskSet(tasks.poses, task="position", scene=mf.collision.Scene()))
+
+
+def test_the_command_answers_for_a_platform(tmp_path: Path) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs/design.md").read_text(encoding="utf-8")
+    (tmp_path / "delta.toml").write_text(page.split("```toml\n")[1].split("```")[0], encoding="utf-8")
+    file = str(tmp_path / "delta.toml")
+    assert answer_of_command("tasks", file, ["arm=0.4"], None, None, None).data["measures"]["mass"] == pytest.approx(
+        2.92
+    )
+    found = answer_of_command("search", file, None, None, None, None)
+    assert len(found.data["designs"]) >= 2
+    for what, out in (("accuracy", None), ("reach", None), ("tasks", str(tmp_path / "delta.urdf"))):
+        with pytest.raises(mf.InputError, match="only arms"):
+            answer_of_command(what, file, None, None, None, out)

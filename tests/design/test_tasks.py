@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +12,17 @@ import pytest
 import mafsil as mf
 from mafsil.cli.design import design as answer_of_command
 from mafsil.collision import Box, Obstacle, Scene
-from mafsil.design import FlexibleArm, ParametricArm, TaskSet, evaluate, measure_designs
+from mafsil.design import FlexibleArm, ParametricArm, TaskSet, Tolerances, accuracy, evaluate, measure_designs
 from mafsil.design.tasks import MEASURES
 from mafsil.errors import InputError
 from mafsil.job import solve_file, task_set
+from mafsil.model.dh_from_axes import dh_from_mechanism
+from mafsil.report.design_report import write_design
+from mafsil.toml_source import read_toml
 from tests.design.test_arm import TABLE
 
 ROOT = Path(__file__).resolve().parents[2]
+FILE = ROOT / "examples/design/arm.toml"
 
 
 def plane_arm(a: float = 0.5, b: float = 0.4) -> ParametricArm:
@@ -176,8 +182,36 @@ def test_a_job_that_cannot_be_planned_gives_no_tasks(tmp_path: Path) -> None:
 
 def test_the_command_takes_tasks_from_a_job(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text(JOB)
-    table = (ROOT / "examples/design/arm.toml").read_text().split("[tasks]")[0]
+    table = (FILE).read_text().split("[tasks]")[0]
     (tmp_path / "arm.toml").write_text(f'{table}[tasks]\njob = "cell.toml"\n')
     given = answer_of_command("tasks", str(tmp_path / "arm.toml"), None, None, None, None)
     assert len(given.data["q"]) == 3
     assert np.isfinite(given.data["measures"]["peak_torque"])
+
+
+def test_the_page_has_every_measure_and_the_arm_again(tmp_path: Path) -> None:
+    tables = read_toml(FILE)
+    tasks, arm = TaskSet.of(tables["tasks"]), ParametricArm.of(tables["arm"]).at()
+    tolerances, judged = Tolerances(**tables["tolerances"]), evaluate(arm, tasks)
+    errors = [accuracy(arm, q, tolerances, payload=tasks.payload) for q in judged.q]
+    text = write_design(judged, tasks, tmp_path / "design.html", tolerances=tolerances, errors=errors).read_text()
+    for name in ("mass", "peak_torque", "deflection", "frequency", "payload"):
+        assert f">{judged.measures[name]:.4g} <small>" in text
+    assert f"{max(error.rms for error in errors) * 1e3:.4g} mm rms" in text
+    for sentence in ("Design of study", "تصميم"):
+        assert sentence in text
+    # The sheet alone makes the same arm again, up to the digits that are printed.
+    cells = [re.sub("<[^>]+>", "", row) for row in re.findall(r"<td[^>]*>(.*?)</td>", text)]
+    lengths = [cell for cell in cells if "± 0.05 mm" in cell]
+    rows = dh_from_mechanism(arm.robot).rows
+    wanted = [f"{1e3 * value:.6g} ± 0.05 mm" for row in rows for value in (row.a, row.d)]
+    assert lengths[: len(wanted)] == wanted
+
+
+def test_the_command_writes_the_page_and_says_what_it_needs(tmp_path: Path) -> None:
+    answer = answer_of_command("report", str(FILE), None, None, None, str(tmp_path / "design.html"))
+    assert answer.data["page"] == str(tmp_path / "design.html")
+    with pytest.raises(InputError, match="--out"):
+        answer_of_command("report", str(FILE), None, None, None, None)
+    data = json.loads(json.dumps(answer.data, default=lambda value: np.asarray(value).tolist()))
+    assert data["measures"]["reached"] == 1.0

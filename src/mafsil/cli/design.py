@@ -1,4 +1,4 @@
-"""`mafsil design`: a parametric arm in a file: its robot, its tasks, its accuracy, its drives, a search."""
+"""`mafsil design`: a parametric arm or platform in a file: its robot, its tasks, its accuracy, its drives, a search."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from mafsil.design import (
     Catalogue,
     Evaluation,
     ParametricArm,
+    ParametricPlatform,
+    PlatformDesign,
     TaskSet,
     Tolerances,
     accuracy,
@@ -34,12 +36,15 @@ from mafsil.model.saving import save
 from mafsil.robot import Robot
 from mafsil.toml_source import read_toml
 
-Reply: TypeAlias = tuple[dict[str, Any], list[str], bool, Robot]
-"""Data, lines, whether the answer is yes, and the robot that `--out` writes."""
-TABLES = ("arm", "tasks", "tolerances", "costs", "search", "payload", "reach")
+Family: TypeAlias = ParametricArm | ParametricPlatform
+Reply: TypeAlias = tuple[dict[str, Any], list[str], bool, Robot | None]
+"""Data, lines, whether the answer is yes, and the robot that `--out` writes; none of platforms."""
+TABLES = ("arm", "platform", "tasks", "tolerances", "costs", "search", "payload", "reach")
 TOLERANCES = tuple(Tolerances.__dataclass_fields__)
 PAGES = ("payload", "reach", "report")
 """Questions whose `--out` is no robot, but a picture or a page."""
+OF_PLATFORMS = ("tasks", "search")
+"""Questions that are answered for platforms too."""
 SLICE = ("plane", "at", "cell", "rpy")
 SAMPLES = 10_000
 """Arms with drawn errors that the first order is held against."""
@@ -52,7 +57,7 @@ class _File:
     Attributes:
         path: of it.
         tables: that it holds.
-        design: the arm with the chosen values.
+        any_design: the arm or platform with the chosen values.
         seed: of whatever is random.
         catalogue: file of drives, or None.
         out: file for what is written, or None.
@@ -60,7 +65,7 @@ class _File:
 
     path: str
     tables: Mapping[str, Any]
-    design: ArmDesign
+    any_design: ArmDesign | PlatformDesign
     seed: int
     catalogue: str | None
     out: str | None
@@ -75,6 +80,22 @@ class _File:
             raise FileError("design.no_part", path=self.path, name=name)
         return dict(cast("dict[str, Any]", self.tables[name]))
 
+    @property
+    def design(self) -> ArmDesign:
+        """The arm with the chosen values.
+
+        Raises:
+            InputError: it is a platform, of which only `tasks` and `search` are answered.
+        """
+        if isinstance(self.any_design, ArmDesign):
+            return self.any_design
+        raise InputError("cli.design_arms_only")
+
+    @property
+    def robot(self) -> Robot | None:
+        """What `--out` writes; none of a platform."""
+        return self.any_design.robot if isinstance(self.any_design, ArmDesign) else None
+
     @cached_property
     def tasks(self) -> TaskSet:
         """What it shall do: the entries of `[tasks]`, or what the job file does that `job` names there."""
@@ -85,7 +106,7 @@ class _File:
 
     def evaluation(self) -> Evaluation:
         """How the design does its tasks."""
-        return evaluate(self.design, self.tasks, seed=self.seed)
+        return evaluate(self.any_design, self.tasks, seed=self.seed)
 
     def reached_evaluation(self) -> Evaluation:
         """The same, with every pose reached.
@@ -106,7 +127,7 @@ def design(
 
     Args:
         what: `tasks`, `report`, `payload`, `reach`, `accuracy`, `allocate`, `drives`, `search` or `robot`.
-        file: TOML with `[arm]`, and `[tasks]`, `[payload]`, `[reach]`, `[tolerances]`, `[costs]`, `[search]` as needed.
+        file: TOML with `[arm]` or `[platform]`, and a table for what is asked: one of `TABLES`.
         values: NAME=VALUE of parameters.
         catalogue: CSV or TOML file of drives.
         seed: of the random numbers, as typed.
@@ -121,20 +142,25 @@ def design(
     for name in tables:
         if name not in TABLES:
             raise FileError("design.unknown_key", path=file, place=name, known=", ".join(TABLES))
-    arm = ParametricArm.of(tables["arm"]) if isinstance(tables.get("arm"), dict) else None
-    if arm is None:
-        raise FileError("design.no_part", path=file, name="arm")
+    part, family = ("platform", ParametricPlatform) if "platform" in tables else ("arm", ParametricArm)
+    if not isinstance(tables.get(part), dict):
+        raise FileError("design.no_part", path=file, name=part)
+    arm: Family = family.of(tables[part])
     chosen = dict(_value(word) for word in values or [])
     if what in ("payload", "reach") and out is not None:
         require_kind(out, PLAIN)
     given = _File(file, tables, arm.at(**chosen), 0 if seed is None else count("--seed", seed), catalogue, out)
+    if what not in OF_PLATFORMS and given.robot is None:
+        raise InputError("cli.design_arms_only")
     data, lines, answer, robot = QUESTIONS[what](given, arm)
     if out is not None and what not in PAGES:
+        if robot is None:
+            raise InputError("cli.design_arms_only")
         save(robot.mechanism, Path(out))
         data["out"] = out
         lines.append(say("cli.design_written", path=out))
     refusal = None if answer else lines.pop(0)
-    return Answer({"design": dict(given.design.values), **data}, tuple(lines), refusal)
+    return Answer({"design": dict(given.any_design.values), **data}, tuple(lines), refusal)
 
 
 def _value(word: str) -> tuple[str, float]:
@@ -144,15 +170,15 @@ def _value(word: str) -> tuple[str, float]:
     return name.strip(), number(name.strip(), value)
 
 
-def _shown(answer: Any, robot: Robot) -> Reply:
+def _shown(answer: Any, robot: Robot | None) -> Reply:
     return answer.to_dict(), answer.explain().split("\n"), bool(answer), robot
 
 
-def _tasks(given: _File, arm: ParametricArm) -> Reply:
-    return _shown(given.evaluation(), given.design.robot)
+def _tasks(given: _File, arm: Family) -> Reply:
+    return _shown(given.evaluation(), given.robot)
 
 
-def _accuracy(given: _File, arm: ParametricArm) -> Reply:
+def _accuracy(given: _File, arm: Family) -> Reply:
     """At every pose of the tasks; the worst in words."""
     judged, tolerances = given.reached_evaluation(), Tolerances(**_known(given, "tolerances"))
     payload = given.tasks.payload
@@ -163,7 +189,7 @@ def _accuracy(given: _File, arm: ParametricArm) -> Reply:
     return data, [say("cli.design_worst_pose", number=worst), *lines], all(found), given.design.robot
 
 
-def _allocate(given: _File, arm: ParametricArm) -> Reply:
+def _allocate(given: _File, arm: Family) -> Reply:
     costs = given.table("costs")
     wanted = costs.pop("wanted", None)
     if wanted is None:
@@ -172,7 +198,7 @@ def _allocate(given: _File, arm: ParametricArm) -> Reply:
     return _shown(allocate(given.design, given.reached_evaluation().q, wanted, costs, fixed=fixed), given.design.robot)
 
 
-def _drives(given: _File, arm: ParametricArm) -> Reply:
+def _drives(given: _File, arm: Family) -> Reply:
     tasks = given.tasks
     if given.catalogue is None or tasks.period is None:
         raise InputError("cli.design_drives_need")
@@ -182,18 +208,20 @@ def _drives(given: _File, arm: ParametricArm) -> Reply:
     q, qd, qdd = motion
     catalogue = Catalogue.of(given.catalogue)
     choice = pick_drives(given.design, catalogue, q, qd, qdd, payload=tasks.payload, centre=tasks.centre)
-    robot = fit_drives(arm, choice).robot(**given.design.values) if choice else given.design.robot
+    robot = given.design.robot
+    if choice and isinstance(arm, ParametricArm):
+        robot = fit_drives(arm, choice).robot(**given.design.values)
     return _shown(choice, robot)
 
 
-def _search(given: _File, arm: ParametricArm) -> Reply:
+def _search(given: _File, arm: Family) -> Reply:
     entries = _known(given, "search", ("goals", "limits", "points", "population", "generations", "starts"))
     goals = entries.pop("goals", [])
     front = optimise(arm, given.tasks, goals, entries.pop("limits", None), seed=given.seed, **entries)
-    return _shown(front, front.points[0].design.robot if front else given.design.robot)
+    return _shown(front, front.points[0].design.robot if front and given.robot is not None else given.robot)
 
 
-def _robot(given: _File, arm: ParametricArm) -> Reply:
+def _robot(given: _File, arm: Family) -> Reply:
     robot = given.design.robot
     parts = [
         say(
@@ -207,13 +235,13 @@ def _robot(given: _File, arm: ParametricArm) -> Reply:
     return {"mass": given.design.mass, "joints": robot.n}, [*str(robot).split("\n"), *parts], True, robot
 
 
-def _payload(given: _File, arm: ParametricArm) -> Reply:
+def _payload(given: _File, arm: Family) -> Reply:
     """What it holds over the slice of `[payload]`, and a picture of it."""
     held = payload_map(given.design, **_known(given, "payload", (*SLICE, "centre")))
     return _drawn(given, held, "plot_payload_map")
 
 
-def _reach(given: _File, arm: ParametricArm) -> Reply:
+def _reach(given: _File, arm: Family) -> Reply:
     """Where the tool gets in the slice of `[reach]`, its voids, and a picture of it."""
     return _drawn(given, reach_map(given.design, **_known(given, "reach", SLICE)), "plot_reach_map")
 
@@ -227,7 +255,7 @@ def _drawn(given: _File, values: Any, plot: str) -> Reply:
     return reply
 
 
-def _report(given: _File, arm: ParametricArm) -> Reply:
+def _report(given: _File, arm: Family) -> Reply:
     """The tasks, and a page of them; with `[tolerances]` also the accuracy at every pose."""
     if given.out is None:
         raise InputError("cli.design_report_needs")
@@ -249,7 +277,7 @@ def _known(given: _File, name: str, known: tuple[str, ...] = TOLERANCES) -> dict
     return entries
 
 
-QUESTIONS: dict[str, Callable[[_File, ParametricArm], Reply]] = {
+QUESTIONS: dict[str, Callable[[_File, Family], Reply]] = {
     "robot": _robot, "tasks": _tasks, "accuracy": _accuracy, "allocate": _allocate, "drives": _drives,
     "search": _search, "payload": _payload,
     "reach": _reach, "report": _report,

@@ -1,7 +1,7 @@
-"""Design of arms: parametric arms, accuracy from tolerances, answers for a set of tasks, choice of drives, search.
+"""Design of arms and platforms: parametric robots, accuracy from tolerances, answers for tasks, drives, search.
 
 call      mafsil design; mf.design.ParametricArm, evaluate, accuracy, pick_drives, payload_map, reach_map, optimise
-computed  `arm`, `family`, `elastic`, `accuracy`, `allocation`, `tasks`, `slices`, `parts`, `drives`, `search`
+computed  `arm`, `family`, `elastic`, `accuracy`, `allocation`, `tasks`, `platform`, `slices`, `drives`, `search`
 tested    tests/design
 """
 

@@ -14,8 +14,12 @@ from mafsil.design.parts import Catalogue as Catalogue
 from mafsil.design.parts import Drive as Drive
 from mafsil.design.parts import Material as Material
 from mafsil.design.parts import Tube as Tube
+from mafsil.design.platform import ParametricPlatform as ParametricPlatform
+from mafsil.design.platform import PlatformDesign as PlatformDesign
 from mafsil.design.search import Front as Front
 from mafsil.design.search import FrontPoint as FrontPoint
+from mafsil.design.search import evaluate as evaluate
+from mafsil.design.search import measure_designs as measure_designs
 from mafsil.design.search import optimise as optimise
 from mafsil.design.slices import PayloadMap as PayloadMap
 from mafsil.design.slices import ReachMap as ReachMap
@@ -23,5 +27,3 @@ from mafsil.design.slices import payload_map as payload_map
 from mafsil.design.slices import reach_map as reach_map
 from mafsil.design.tasks import Evaluation as Evaluation
 from mafsil.design.tasks import TaskSet as TaskSet
-from mafsil.design.tasks import evaluate as evaluate
-from mafsil.design.tasks import measure_designs as measure_designs

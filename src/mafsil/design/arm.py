@@ -24,12 +24,11 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from math import inf, isfinite, pi
 from os import PathLike
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -66,6 +65,30 @@ class Parameter:
         self._numbers()
         if not self.low <= self.value <= self.high:
             raise InputError("input.range", name="value", value=self.value, low=self.low, high=self.high)
+
+
+class Design(Protocol):
+    """One robot of a family: what its evaluation has to know of it."""
+
+    @property
+    def robot(self) -> Any:
+        """The robot itself."""
+        ...
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Of the parameters."""
+        ...
+
+    @property
+    def effort(self) -> Floats:
+        """(n,) limits of the joints or motors; infinite where there are none [N m | N]."""
+        ...
+
+    @property
+    def mass(self) -> float:
+        """Of all its parts [kg]."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -197,7 +220,7 @@ class ParametricArm(Family):
         return self.at(**values).robot
 
     def _build(self, values: Mapping[str, float]) -> ArmDesign:
-        table = cast("dict[str, Any]", numbers_in(deepcopy(dict(self.table)), values, self.name))
+        table = cast("dict[str, Any]", numbers_in(dict(self.table), values, self.name))
         joints = table.get("joint", [])
         joints = cast("list[Any]", joints) if isinstance(joints, list) else []
         parts = [

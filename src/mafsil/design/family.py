@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import mafsil.kernels as kernels
-from mafsil.arrays import Floats, JointVector, PoseMatrix, frozen
+from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix, frozen
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose
@@ -171,8 +171,9 @@ def configurations(
     S, P, n = len(lower), len(poses), arms.n
     rng, rows = np.random.default_rng(seed), slice(0 if task == "pose" else 3, 6)
     q, best = np.full((S, P, n), np.nan), np.full((S, P), -np.inf)
+    possible = may_reach(arms, poses, task)
     for attempt in range(1 + RESTARTS):
-        missed = np.argwhere(np.isinf(best))
+        missed = np.argwhere(np.isinf(best) & possible)
         if not len(missed):
             break
         tries = 1 if attempt else starts
@@ -206,6 +207,26 @@ def configurations(
     return q
 
 
+def may_reach(arms: ArmNumbers, poses: PoseMatrix, task: str) -> Booleans:
+    """(S, P) whether poses (P, 4, 4) lie within the sum of all lengths of S arms (S, 1): if not, it is proved.
+
+    Of a whole pose the place of the last joint is known too, and the lengths up to there count.
+    """
+    if arms.n < 2 or any(kind != "revolute" for kind, _ in arms.kinds):
+        return np.ones((len(arms.places), len(poses)), dtype=np.bool_)
+    places: PoseMatrix = arms.places[:, 0]
+    shoulder: Floats = arms.shoulder[:, 0]
+    second = (places[:, 0] @ places[:, 1])[:, :3, 3]
+    lengths = np.linalg.norm(places[:, 2:, :3, 3], axis=-1)
+    reached: Floats = np.linalg.norm(second - shoulder, axis=-1) + lengths[:, :-1].sum(axis=-1)
+    if task == "pose":
+        targets = (poses[None] @ np.linalg.inv(places[:, -1])[:, None])[..., :3, 3]
+    else:
+        targets, reached = poses[None, :, :3, 3], reached + lengths[:, -1]
+    away = np.linalg.norm(targets - shoulder[:, None], axis=-1)
+    return np.asarray(away <= (reached * (1.0 + REACHED) + REACHED)[:, None], dtype=np.bool_)
+
+
 def reach_and_void(arms: ArmNumbers, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
     """(S,) largest and least distance of the tool from the shoulder of S arms that was found [m].
 
@@ -213,12 +234,8 @@ def reach_and_void(arms: ArmNumbers, lower: Floats, upper: Floats) -> tuple[Floa
         arms: (S,) of them.
         lower, upper: (S, n) bounds of the joints.
     """
-    found = (
-        extreme_distances(arms, arms.shoulder, lower, upper, farthest=farthest, starts=EXTENT_STARTS)[0]
-        for farthest in (True, False)
-    )
-    far, near = found
-    return far, near
+    search = partial(extreme_distances, arms, arms.shoulder, lower, upper, starts=EXTENT_STARTS)
+    return search(farthest=True)[0], search(farthest=False)[0]
 
 
 def extreme_distances(

@@ -10,8 +10,8 @@ Optimization, 1999, sec. 3.4.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -20,12 +20,14 @@ from scipy.optimize import differential_evolution
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, JointVector, number, whole
-from mafsil.design.arm import ArmDesign, ParametricArm
+from mafsil.design.arm import ArmDesign, Design, Family, ParametricArm
 from mafsil.design.elastic import FlexibleArm
-from mafsil.design.tasks import IN_CYCLE, MEASURES, Evaluation, TaskSet, evaluate, measure_designs
+from mafsil.design.platform import ParametricPlatform, PlatformDesign, evaluate_platform
+from mafsil.design.tasks import IN_CYCLE, MEASURES, Evaluation, TaskSet, evaluate_arm, measure_arms
 from mafsil.errors import InputError, MafsilError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
+from mafsil.model.loading import RobotLike
 
 BROKEN = 1e3
 """Added to the sum of a design that breaks limits: more than any that keeps them, in ranges of the goals."""
@@ -59,8 +61,8 @@ class FrontPoint:
     proved: bool
 
     @property
-    def design(self) -> ArmDesign:
-        """The arm itself."""
+    def design(self) -> Design:
+        """The arm or platform itself."""
         return self.evaluation.design
 
 
@@ -103,8 +105,76 @@ class Front(Answer, entries="points", data="goals designs evaluated=count"):
         return "\n".join(lines)
 
 
+def evaluate(
+    design: ArmDesign | PlatformDesign | RobotLike, tasks: TaskSet, *, q0: ArrayLike | None = None, seed: int = 0
+) -> Evaluation:
+    """How a design does its tasks, by the whole model.
+
+    Args:
+        design: of a `ParametricArm` or `ParametricPlatform`; or any robot, whose links and gears are rigid then.
+        tasks: what it shall do.
+        q0: (P, n) configurations to start the inverse kinematics of an arm from; NaN where there is none.
+        seed: of its other starts; platforms need none.
+
+    Raises:
+        InputError: no serial chain, numbers out of range, obstacles for a platform.
+    """
+    if isinstance(design, PlatformDesign):
+        return evaluate_platform(design, tasks)
+    return evaluate_arm(design, tasks, q0=q0, seed=seed)
+
+
+def measure_designs(
+    designs: Sequence[ArmDesign] | Sequence[PlatformDesign],
+    tasks: TaskSet,
+    names: Sequence[str],
+    *,
+    seed: int = 0,
+    starts: int = 1,
+) -> tuple[dict[str, Floats], JointVector]:
+    """Measures of many designs of one family: arms by the kernels of the family, platforms one by one.
+
+    Args:
+        designs: S of them.
+        tasks: what they shall do; obstacles are left to `evaluate`.
+        names: of `MEASURES`, but `payload`, which is that of single arms.
+        seed: of the starts; equal seeds give equal results.
+        starts: of the inverse kinematics of an arm for every pose; the best conditioned configuration is kept.
+
+    Returns:
+        (S,) each, NaN where poses are missed and the measure means nothing then; and (S, P, n) configurations, NaN
+        where none was found.
+
+    Raises:
+        InputError: an unknown measure.
+    """
+    platforms = [one for one in designs if isinstance(one, PlatformDesign)]
+    _require_measures(names, ParametricPlatform if platforms else ParametricArm, "measure")
+    if not platforms:
+        arms = [one for one in designs if isinstance(one, ArmDesign)]
+        return measure_arms(arms, tasks, names, seed=seed, starts=starts)
+    still = tasks if set(IN_CYCLE) & set(names) else replace(tasks, period=None)
+    judged = [evaluate_platform(one, still) for one in platforms]
+    hollow = np.array([1.0 if one.reached.all() else np.nan for one in judged])
+    whole_family = ("reached", "mass")
+    found = {
+        name: np.array([one.measures[name] for one in judged]) * (1.0 if name in whole_family else hollow)
+        for name in names
+    }
+    return found, np.array([one.q for one in judged])
+
+
+def _require_measures(names: Iterable[str], family: type[Family], argument: str) -> None:
+    """Refuse what a search cannot measure: the payload of arms, extents of platforms."""
+    without = ("reach", "void") if issubclass(family, ParametricPlatform) else ("payload",)
+    known = [name for name in MEASURES if name not in without]
+    for name in names:
+        if name not in known:
+            raise InputError("input.choice", name=argument, value=name, known=", ".join(known))
+
+
 def optimise(
-    arm: ParametricArm,
+    arm: ParametricArm | ParametricPlatform,
     tasks: TaskSet,
     goals: Sequence[str],
     limits: Mapping[str, float] | None = None,
@@ -118,9 +188,10 @@ def optimise(
     """Designs of an arm that do their tasks best: the least of one goal, or a front of several.
 
     Args:
-        arm: with free parameters.
+        arm: an arm or a platform with free parameters.
         tasks: what it shall do.
-        goals: names of `MEASURES` but `payload`; each is driven in its good sense.
+        goals: names of `MEASURES`, of arms but `payload`, of platforms but `reach` and `void`; each is driven in its
+            good sense.
         limits: by measure, the most it may be, or the least where more is better.
         points: of the front; one goal has one.
         population, generations: of each search.
@@ -133,10 +204,7 @@ def optimise(
     """
     bounds = {} if limits is None else {name: number(f"limits.{name}", value) for name, value in limits.items()}
     names = tuple(goals) if not isinstance(goals, str) else (goals,)
-    for name in (*names, *bounds):
-        if name not in MEASURES or name == "payload":
-            known = ", ".join(each for each in MEASURES if each != "payload")
-            raise InputError("input.choice", name="goals", value=name, known=known)
+    _require_measures((*names, *bounds), type(arm), "goals")
     if not arm.free:
         raise InputError("design.nothing_free", name=arm.name)
     if not names:
@@ -144,7 +212,7 @@ def optimise(
     asked = {*names, *bounds}
     if tasks.period is None and asked & set(IN_CYCLE):
         raise InputError("design.needs_period", name=", ".join(sorted(asked & set(IN_CYCLE))))
-    if "frequency" in asked and not FlexibleArm(arm.at()).freedoms:
+    if "frequency" in asked and isinstance(arm, ParametricArm) and not FlexibleArm(arm.at()).freedoms:
         raise InputError("design.all_rigid", name=arm.name)
     search = _Search(
         arm, tasks, names, bounds, whole("population", population, least=5, most=10_000),
@@ -163,8 +231,8 @@ class _Search:
     """Runs of differential evolution over one arm; every design that was looked at is remembered."""
 
     def __init__(
-        self, arm: ParametricArm, tasks: TaskSet, goals: tuple[str, ...], limits: Mapping[str, float],
-        population: int, generations: int, seed: int, starts: int,
+        self, arm: ParametricArm | ParametricPlatform, tasks: TaskSet, goals: tuple[str, ...],
+        limits: Mapping[str, float], population: int, generations: int, seed: int, starts: int,
     ) -> None:  # fmt: skip
         self.arm, self.tasks, self.goals, self.limits = arm, tasks, goals, limits
         self.population, self.generations, self.seed, self.starts = population, generations, seed, starts
@@ -218,7 +286,7 @@ class _Search:
     def _look(self, rows: Floats) -> tuple[Floats, Floats]:
         """(D, goals) to be made small, and (D,) how far limits are broken, of designs (D, free)."""
         low, high = np.array(self.bounds).T
-        designs = [self.arm.at(**self._name_values(np.clip(row, low, high))) for row in rows]
+        designs: Any = [self.arm.at(**self._name_values(np.clip(row, low, high))) for row in rows]
         measured, _ = measure_designs(designs, self.tasks, self.names, seed=self.seed, starts=self.starts)
         f = self.signs * np.stack([measured[name] for name in self.goals], axis=1)
         excess = 1.0 - measured["reached"]
@@ -244,7 +312,8 @@ class _Search:
     def _prove(self, row: Floats, f: Floats) -> FrontPoint:
         values = self._name_values(row)
         design = self.arm.at(**values)
-        _, q = measure_designs([design], self.tasks, ("reached",), seed=self.seed, starts=self.starts)
+        alone: Any = [design]
+        _, q = measure_designs(alone, self.tasks, ("reached",), seed=self.seed, starts=self.starts)
         judged = evaluate(design, self.tasks, q0=cast("JointVector", q[0]), seed=self.seed)
         found = dict(zip(self.goals, cast("list[float]", (self.signs * f).tolist()), strict=True))
         own = judged.measures

@@ -29,7 +29,7 @@ from mafsil.arrays import (
     whole,
 )
 from mafsil.collision import Checker, Scene
-from mafsil.design.arm import ArmDesign
+from mafsil.design.arm import ArmDesign, Design
 from mafsil.design.elastic import FlexibleArm
 from mafsil.design.family import ArmNumbers, configurations, reach_and_void
 from mafsil.errors import FileError, InputError
@@ -50,9 +50,10 @@ SAMPLES = 25
 MEASURES: dict[str, bool] = {
     "reached": True, "condition": True, "static_torque": False, "utilisation": False, "peak_torque": False,
     "rms_torque": False, "speed": False, "energy": False, "mass": False, "deflection": False, "frequency": True,
-    "payload": True, "reach": True, "void": False,
+    "payload": True, "reach": True, "void": False, "singular_distance": True, "amplification": False,
 }  # fmt: skip
 """What designs are judged by, and whether more is better."""
+OF_JACOBIAN = ("condition", "singular_distance", "amplification")
 IN_CYCLE = ("peak_torque", "rms_torque", "speed", "energy")
 
 
@@ -160,7 +161,7 @@ class Evaluation(Answer, data="measures q reached condition torque deflection fr
         q: (P, n) configurations; NaN where none was found.
         reached: (P,) whether one was found.
         collides: (P,) whether the arm meets an obstacle or itself there; no without a scene.
-        condition: (P,) smallest over largest singular value of the tool's Jacobian.
+        gains: (P, 2) smallest and largest singular value of the tool's Jacobian: what its joints give and can give.
         torque: (P, n) static efforts with the payload [N m | N].
         payload: (P,) the largest mass that the effort limits allow [kg]; infinite without limits.
         deflection: (P,) of the tool under weight and payload [m].
@@ -171,11 +172,11 @@ class Evaluation(Answer, data="measures q reached condition torque deflection fr
             nearest to each other, that a search found [m].
     """
 
-    design: ArmDesign
+    design: Design
     q: JointVector
     reached: Booleans
     collides: Booleans
-    condition: Floats
+    gains: Floats
     torque: Floats
     payload: Floats
     deflection: Floats
@@ -197,10 +198,15 @@ class Evaluation(Answer, data="measures q reached condition torque deflection fr
         return EvaluationStatus.OVERLOADED if self.measures["utilisation"] > 1.0 else EvaluationStatus.SERVES
 
     @property
+    def condition(self) -> Floats:
+        """(P,) smallest over largest singular value of the tool's Jacobian."""
+        return self.gains[:, 0] / self.gains[:, 1]
+
+    @property
     def measures(self) -> dict[str, float]:
         """The worst of each over all poses, by the names of `MEASURES`."""
         with np.errstate(invalid="ignore"):
-            used = np.abs(self.torque) / np.asarray(self.design.robot.limits.effort)
+            used = np.abs(self.torque) / self.design.effort
         return {
             "reached": float(self.reached.mean()), "condition": _worst(self.condition, np.min),
             "static_torque": _worst(np.abs(self.torque), np.max), "utilisation": _worst(used, np.max),
@@ -208,6 +214,7 @@ class Evaluation(Answer, data="measures q reached condition torque deflection fr
             "speed": float(self.speed.max()), "energy": self.energy, "mass": self.design.mass,
             "deflection": _worst(self.deflection, np.max), "frequency": _worst(self.frequency, np.min),
             "payload": _worst(self.payload, np.min), "reach": self.reach, "void": self.void,
+            "singular_distance": _worst(self.gains[:, 0], np.min), "amplification": _worst(self.gains[:, 1], np.max),
         }  # fmt: skip
 
     def explain(self, language: str | None = None) -> str:
@@ -226,20 +233,10 @@ class Evaluation(Answer, data="measures q reached condition torque deflection fr
         return "\n".join(lines)
 
 
-def evaluate(
+def evaluate_arm(
     design: ArmDesign | RobotLike, tasks: TaskSet, *, q0: ArrayLike | None = None, seed: int = 0
 ) -> Evaluation:
-    """How a design does its tasks, by the whole model.
-
-    Args:
-        design: of a `ParametricArm`; or any robot, whose links and gears are rigid then.
-        tasks: what it shall do.
-        q0: (P, n) configurations to start the inverse kinematics from; NaN where there is none.
-        seed: of its other starts.
-
-    Raises:
-        InputError: no serial chain, numbers out of range.
-    """
+    """`mafsil.design.evaluate` of an arm."""
     design = ArmDesign.of(design)
     robot = design.robot
     numbers = ArmNumbers.of(robot)
@@ -268,7 +265,7 @@ def evaluate(
         torque = loaded.inverse_dynamics
     peak, rms, speed, energy = _cycle(torque, here, period)
     return Evaluation(
-        design, q, reached, collides, condition(J, tasks, rank) * hollow,
+        design, q, reached, collides, gains(J, tasks, rank) * hollow[:, None],
         np.asarray(torque(here, 0.0 * here, 0.0 * here)) * hollow[:, None], hung * hollow,
         rests * hollow, flexible.frequencies(here, 1)[:, 0] * hollow, peak, rms, speed, float(energy),
         float(far[0]), float(near[0]),
@@ -280,43 +277,26 @@ def _nothing(q: JointVector, qd: JointVector, qdd: JointVector) -> JointVector:
     return 0.0 * q
 
 
-def measure_designs(
+def measure_arms(
     designs: Sequence[ArmDesign], tasks: TaskSet, names: Sequence[str], *, seed: int = 0, starts: int = 1
 ) -> tuple[dict[str, Floats], JointVector]:
-    """Measures of many designs of one parametric arm, by the kernels of the family.
-
-    Args:
-        designs: S of them.
-        tasks: what they shall do; obstacles are left to `evaluate`.
-        names: of `MEASURES`, but `payload`, which is that of single designs.
-        seed: of the starts; equal seeds give equal results.
-        starts: of the inverse kinematics for every pose; the best conditioned configuration is kept.
-
-    Returns:
-        (S,) each, NaN where poses are missed and the measure means nothing then; and (S, P, n) configurations, NaN
-        where none was found.
-
-    Raises:
-        InputError: an unknown measure.
-    """
-    for name in names:
-        if name not in MEASURES or name == "payload":
-            raise InputError("input.choice", name="measure", value=name, known=", ".join(MEASURES))
+    """`mafsil.design.measure_designs` of arms, by the kernels of the family."""
     single = ArmNumbers.stack([ArmNumbers.of(design.robot) for design in designs])
     arms = single.spread()
     bounds = np.array([ranges(design.robot) for design in designs])
     rank = arms.rank(tasks.characteristic_length is not None)
     q = configurations(
         arms, tasks.poses, tasks.task, bounds[:, 0], bounds[:, 1], seed, whole("starts", starts, least=1, most=1000),
-        lambda T, J: condition(J, tasks, rank),
+        lambda T, J: np.divide(*np.moveaxis(gains(J, tasks, rank), -1, 0)),
     )  # fmt: skip
     reached: Booleans = np.asarray(np.isfinite(q).all(axis=-1))
     here, hollow = np.where(reached[..., None], q, 0.0), np.where(reached.all(axis=-1), 1.0, np.nan)
     loaded, limits = tasks.with_payload(arms), np.array([design.robot.limits.effort for design in designs])[:, None]
     found: dict[str, Floats] = {"reached": np.asarray(reached.mean(axis=-1))}
-    if "condition" in names:
-        values = condition(arms.pose_and_jacobian(here)[1], tasks, rank)
-        found["condition"] = np.asarray(values.min(axis=-1)) * hollow
+    if set(OF_JACOBIAN) & set(names):
+        least, most = np.moveaxis(gains(arms.pose_and_jacobian(here)[1], tasks, rank), -1, 0)
+        worst = ((least / most).min(axis=-1), least.min(axis=-1), most.max(axis=-1))
+        found |= {name: np.asarray(values) * hollow for name, values in zip(OF_JACOBIAN, worst, strict=True)}
     if {"static_torque", "utilisation"} & set(names):
         tau = np.abs(loaded.torque(here, 0.0 * here, 0.0 * here, np.zeros(6)))
         found["static_torque"] = np.asarray(tau.max(axis=(1, 2))) * hollow
@@ -330,8 +310,8 @@ def measure_designs(
     if "mass" in names:
         found["mass"] = np.array([design.mass for design in designs])
     for name in {"deflection", "frequency"} & set(names):
-        worst = [_elastic(design, tasks, u, name) for design, u in zip(designs, here, strict=True)]
-        found[name] = np.array(worst) * hollow
+        bent = [_elastic(design, tasks, u, name) for design, u in zip(designs, here, strict=True)]
+        found[name] = np.array(bent) * hollow
     return {name: found[name] for name in names}, q
 
 
@@ -342,8 +322,8 @@ def _elastic(design: ArmDesign, tasks: TaskSet, q: JointVector, name: str) -> fl
     return float(np.linalg.norm(arm.deflection(q)[:, 3:], axis=1).max())
 
 
-def condition(J: Floats, tasks: TaskSet, rank: int) -> Floats:
-    """(...,) smallest over largest singular value of the tool's Jacobian.
+def gains(J: Floats, tasks: TaskSet, rank: int) -> Floats:
+    """(..., 2) smallest and largest singular value of the tool's Jacobian.
 
     Args:
         J: (..., 6, n) body Jacobians.
@@ -354,7 +334,7 @@ def condition(J: Floats, tasks: TaskSet, rank: int) -> Floats:
     if tasks.characteristic_length is not None:
         rows = np.concatenate([tasks.characteristic_length * J[..., :3, :], rows], axis=-2)
     values = np.linalg.svd(rows, compute_uv=False)
-    return np.asarray(values[..., rank - 1] / values[..., 0])
+    return np.asarray(values[..., [rank - 1, 0]], dtype=np.float64)
 
 
 def cycle_motion(q: JointVector, period: float) -> tuple[JointVector, JointVector, JointVector]:

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.design import Accuracy, Evaluation, TaskSet, Tolerances
+from mafsil.design import Accuracy, ArmDesign, Evaluation, TaskSet, Tolerances
 from mafsil.design.accuracy import for_frames
 from mafsil.design.tasks import cycle_motion
+from mafsil.errors import InputError
 from mafsil.messages import LANGUAGES, say
 from mafsil.messages import language as current_language
 from mafsil.model.dh_from_axes import dh_from_mechanism
@@ -47,15 +48,18 @@ def write_design(
 
     Raises:
         FileError: the place cannot be written.
+        InputError: a design that is no arm.
     """
-    first = current_language()
+    design, first = judged.design, current_language()
+    if not isinstance(design, ArmDesign):
+        raise InputError("design.no_chain", robot=type(design.robot).__name__)
     q, qd, qdd = (
         part.reshape(-1, part.shape[-1]) for part in cycle_motion(np.asarray(judged.q), tasks.period or SECONDS)
     )
     scene = _scene(judged, q, tasks)
     torque = _torque(judged, tasks, q, qd, qdd)
     pages = [
-        _page(judged, tasks, code, scene, (q, qd, torque), tolerances, errors)
+        _page(design, judged, tasks, code, scene, (q, qd, torque), tolerances, errors)
         for code in (first, *(other for other in LANGUAGES if other != first))
     ]
     file = Path(path)
@@ -85,6 +89,7 @@ def _scene(judged: Evaluation, q: JointVector, tasks: TaskSet) -> Scene:
 
 
 def _page(
+    design: ArmDesign,
     judged: Evaluation,
     tasks: TaskSet,
     code: str,
@@ -93,7 +98,6 @@ def _page(
     tolerances: Tolerances | None,
     errors: Sequence[Accuracy],
 ) -> Page:
-    design = judged.design
     robot, sentences = design.robot, judged.explain(code).split("\n")
 
     def words(key: str, **details: object) -> str:
@@ -117,7 +121,7 @@ def _page(
         verdict=findings[0], duration=float(scene.times[-1]), robot=robot,
         recipe=("from mafsil.design import ParametricArm, TaskSet, evaluate",), scene=scene, times=scene.times,
         joints=robot.joint_names, plots=tuple(plots), figures=_figures(judged, code), findings=tuple(findings),
-        steps=(), joint_table=_sheet(judged, code, tolerances), limit_table=Table((), ()),
+        steps=(), joint_table=_sheet(design, judged, code, tolerances), limit_table=Table((), ()),
         details=(Details(*chosen), Details(*source)),
     )  # fmt: skip
 
@@ -133,9 +137,8 @@ def _figures(judged: Evaluation, code: str) -> tuple[Figure, ...]:
     return tuple(cards)
 
 
-def _sheet(judged: Evaluation, code: str, tolerances: Tolerances | None) -> Table:
+def _sheet(design: ArmDesign, judged: Evaluation, code: str, tolerances: Tolerances | None) -> Table:
     """The drawing in numbers: rows of the Denavit-Hartenberg table with tolerances, and what each joint is made of."""
-    design = judged.design
     robot = design.robot
     rows = dh_from_mechanism(robot).rows
     length, angle = (for_frames(name, getattr(tolerances, name, 0.0), len(rows)) for name in ("length", "angle"))
