@@ -151,7 +151,8 @@ FILLED = (
 LABELS = (
     "[...document.querySelectorAll('#labels button, #compass, #scale, #hint, #status, #clock, #move-name, #postures')]"
     ".filter(e => e.checkVisibility({ visibilityProperty: true })).map(e => {"
-    " const b = e.getBoundingClientRect(); return [e.id || `ghost ${e.textContent}`, b.left, b.top, b.right, b.bottom]; })"
+    " const b = e.getBoundingClientRect();"
+    " return [e.id || `ghost ${e.textContent}`, b.left, b.top, b.right, b.bottom]; })"
 )
 
 

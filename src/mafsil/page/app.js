@@ -67,7 +67,7 @@ export class App {
     const { store, stage } = this, click = (id, act) => byId(id).addEventListener("click", act);
     click("language", () => this.speak());
     click("home", () => { stage.home(); this.draw(); });
-    click("undo", () => store.undo());
+    click("undo", () => this.undo());
     click("share", () => this.share());
     click("image", async () => saveFile(`${this.data.robot.name}.png`, await stage.photograph(), "image/png"));
     click("theme", () => this.paintTheme(THEMES[(THEMES.indexOf(store.shown.theme) + 1) % THEMES.length]));
@@ -77,8 +77,13 @@ export class App {
     document.addEventListener("keydown", (event) => {
       if (event.key !== "z" || !(event.ctrlKey || event.metaKey) || /^(INPUT|TEXTAREA)$/.test(event.target.tagName)) return;
       event.preventDefault();
-      store.undo();
+      this.undo();
     });
+  }
+
+  /** Take back what was done last: a thing of the job that was placed, where there is a job, or an action. */
+  undo() {
+    if (!this.takeBack?.()) this.store.undo();
   }
 
   /** Other postures than that of the arm as ghosts, with the names of all. @param {{name: string, q: number[]}[]} postures */

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mafsil.arrays import PoseMatrix
 from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.job import Job, Refusal, Run, parse_job, solve
@@ -26,6 +27,7 @@ from mafsil.report.replay import waiting_scene
 from mafsil.report.results import require_replaceable, write_results
 from mafsil.robot import Robot
 from mafsil.studio.broadcast import Broadcast, in_all_languages
+from mafsil.studio.placing import is_placed, placeable, placed_text, things_data
 from mafsil.studio.recordings import PAUSE, LiveMotion
 from mafsil.whole_file import write_whole
 
@@ -64,6 +66,7 @@ class JobRunner:
         self._thread: threading.Thread | None = None
         self._stop = threading.Event()
         self._sent_at = 0.0
+        self._seen: tuple[Job, Scene] | None = None
         self.job: Mapping[str, Any] = self._job(text, "")
         self.run: Mapping[str, Any] = {"kind": "run", "status": "none"}
         self.motion = LiveMotion(broadcast)
@@ -84,6 +87,30 @@ class JobRunner:
         with self._broadcast.lock:
             self.job = job
             self._broadcast.send(job)
+
+    def place(self, thing: int, T: PoseMatrix) -> None:
+        """Take the text with a thing of it somewhere else.
+
+        Args:
+            thing: its number among those that can be placed.
+            T: (4, 4) where it is wished for in {s}.
+
+        Raises:
+            InputError: no such thing, or the text would not have it there.
+        """
+        seen, text = self._seen, str(self.job["text"])
+        things = [] if seen is None else placeable(seen[0], text)
+        if seen is None or not 0 <= thing < len(things):
+            raise InputError("studio.not_placed")
+        job, scene = seen
+        before = things[thing].pose(scene)
+        new = self._job(placed_text(text, job, things[thing], before, T), "")
+        if self._seen is None or not is_placed(things[thing], self._seen[1], before, T):
+            self._seen = seen
+            raise InputError("studio.not_placed")
+        with self._broadcast.lock:
+            self.job = new
+            self._broadcast.send(new)
 
     def save(self) -> Path:
         """Write the text into the file that it came from.
@@ -191,16 +218,17 @@ class JobRunner:
             raise FileError("file.cannot_write", path=str(target), reason=error.strerror or str(error)) from None
 
     def _job(self, text: str, window: str) -> Mapping[str, Any]:
+        self._seen = None
         job: dict[str, Any] = {"kind": "job", "text": text, "window": window, "file": self._path is not None}
         try:
             asked = parse_job(text, self._source, folder=self._folder)
             scene = waiting_scene(asked, equip_robot(asked, self._folder), self._folder, text)
             if scene.q.shape[1] == self._robot.n:
-                around = around_data(scene) | {"places": _places_of_things(asked, text)}
+                self._seen = asked, scene
+                around = around_data(scene) | {"things": list(things_data(asked, placeable(asked, text)))}
                 job |= {"title": visible(asked.title), "start": scene.q[0].tolist(), "around": around}
-                job["lines"] = _lines_of_targets(asked, text)
-                job["scale"] = 1000.0 if asked.lengths == "millimetres" else 1.0
-                job["remarks"] = list(islice(_beyond_reach(asked, scene, self._robot, job["lines"]), MOST_FINDINGS))
+                lines = _lines_of_targets(asked, text)
+                job["remarks"] = list(islice(_beyond_reach(asked, scene, self._robot, lines), MOST_FINDINGS))
         except MafsilError as error:
             job["wrong"] = complaint(error)
         return job
@@ -219,13 +247,6 @@ def _lines_of_targets(job: Job, text: str) -> list[int | None]:
     """For each target the line on which its position stands; None of what is relative, or comes from another file."""
     places, goals = Places(text).of(job), [(k, move.pose) for k, move in enumerate(job.move) if move.pose is not None]
     return [None if goal.relative else places.line(("move", k, "pose", "position")) for k, goal in goals]
-
-
-def _places_of_things(job: Job, text: str) -> list[tuple[int | None, str]]:
-    """For obstacles, then for surfaces, line and key of the place where they stand; no line from other files."""
-    places = Places(text).of(job)
-    kinds = [("obstacle", "position", len(job.obstacle)), ("surface", "point", len(job.surface))]
-    return [(places.line((kind, k, key)), key) for kind, key, count in kinds for k in range(count)]
 
 
 def _beyond_reach(job: Job, scene: Scene, robot: Robot, lines: list[int | None]) -> Iterator[dict[str, Any]]:

@@ -3,15 +3,8 @@
 import { carried, complain, opened } from "page/app.js";
 import { written } from "page/views/elements.js";
 import { ServerLink, serverTransport } from "page/core/link.js";
+import { quaternionOf } from "page/core/rotations.js";
 import { posed } from "page/core/tape.js";
-
-/** The text with another position from a line on, counted from one; null where none stands in that table. */
-function placedIn(text, line, key, position) {
-  const begin = text.split("\n").slice(0, line - 1).join("\n").length, rest = text.slice(begin), found = new RegExp(`${key}\\s*=\\s*\\[[^\\]]*\\]`).exec(rest);
-  const next = rest.slice(1).search(/^\s*\[\[/m);
-  if (!found || (next >= 0 && found.index > next + 1)) return null;
-  return text.slice(0, begin + found.index) + `${key} = [${position.join(", ")}]` + rest.slice(found.index + found[0].length);
-}
 
 /** A run that was begun here: its path as soon as it is planned, the arm along what is computed of it, its recording. */
 function follow({ link, store, player }) {
@@ -38,6 +31,28 @@ function follow({ link, store, player }) {
   store.show({ chosen: [run.recording, null], plays: true });
 }
 
+/** The text of the job follows what is placed; undo brings back the text from before. */
+function placing(app) {
+  const { link, store } = app, texts = [], send = (path, body) => link.transport.send(path, body);
+  app.placed = async (thing, T) => {
+    const job = link.heard.get("job"), row = (k) => [0, 1, 2, 3].map((c) => T[4 * c + k]), quaternion = quaternionOf([0, 1, 2].flatMap(row));
+    const { status, data } = await send("job/place", { thing, position: Array.from(T.slice(12, 15)), quaternion });
+    if (status === 200) texts.push({ before: job.text, after: data.text, actions: store.entries.length });
+    else {
+      if (link.heard.get("job").around) app.player.surround(link.heard.get("job").around);
+      app.say({ key: "not_placed", values: {} });
+    }
+  };
+  app.takeBack = () => {
+    const last = texts.at(-1);
+    if (!last || store.entries.length > last.actions) return false;
+    texts.pop();
+    if (link.heard.get("job").text !== last.after) return false;
+    send("job", { text: last.before, window: "" });
+    return true;
+  };
+}
+
 const whole = carried();
 
 opened(whole, (store) => new ServerLink(store, whole.actions, serverTransport(), crypto.randomUUID().slice(0, 8)))
@@ -60,14 +75,7 @@ opened(whole, (store) => new ServerLink(store, whole.actions, serverTransport(),
       around = wanted;
       app.player.surround(around);
     } });
-    /** The text of the job follows a target or a thing that was placed; what is relative stays where it was. */
-    app.placed = (k, position) => {
-      const job = app.link.heard.get("job"), { targets, places } = job.around,
-        [line, key] = k < targets.length ? [job.lines[k], "position"] : places[k - targets.length];
-      const text = line ? placedIn(job.text, line, key, position.map((x) => Number((x * job.scale).toPrecision(9)))) : null;
-      if (text === null) app.player.surround(job.around);
-      else app.link.transport.send("job", { text, window: "" });
-    };
+    placing(app);
     window.mafsil = app;
   })
   .catch(complain);

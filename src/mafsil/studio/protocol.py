@@ -82,6 +82,20 @@ class JobText(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     window: Annotated[str, msgspec.Meta(max_length=32)]
 
 
+class Placement(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A thing of the job is wished for somewhere else.
+
+    Attributes:
+        thing: its number among those that can be placed.
+        position: (3,) of its frame in {s} [m].
+        quaternion: (4,) of any length but zero, (w, x, y, z).
+    """
+
+    thing: int
+    position: Numbers
+    quaternion: Numbers
+
+
 class Pair(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """Two recordings to be compared.
 

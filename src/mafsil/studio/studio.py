@@ -35,7 +35,7 @@ from mafsil.report.results import FILES
 from mafsil.robot import as_open_tree
 from mafsil.studio.broadcast import Broadcast, in_all_languages
 from mafsil.studio.job_runner import JobRunner
-from mafsil.studio.protocol import Changes, Drop, JobText, Nothing, Number, Pair, Pose, Put, action, read
+from mafsil.studio.protocol import Changes, Drop, JobText, Nothing, Number, Pair, Placement, Pose, Put, action, read
 from mafsil.studio.recordings import Recorded, Recordings
 from mafsil.studio.server import HTML, Content, Server
 
@@ -184,6 +184,7 @@ class Studio:
         return {
             "actions": lambda body: _done(self.journal.change(read(Changes, body))),
             "job": lambda body: _done(self._edit(read(JobText, body))),
+            "job/place": lambda body: self._place(read(Placement, body)),
             "job/save": lambda body: self._save(read(Nothing, body)),
             "job/run": lambda body: _done(self._start(read(Nothing, body))),
             "job/stop": lambda body: _done(self._stop(read(Nothing, body))),
@@ -194,6 +195,10 @@ class Studio:
 
     def _edit(self, job: JobText) -> None:
         self.jobs.edit(job.text, job.window)
+
+    def _place(self, asked: Placement) -> Mapping[str, Any]:
+        self.jobs.place(asked.thing, np.array(pose_from(asked.position, asked.quaternion)).reshape(4, 4))
+        return {"text": self.jobs.job["text"]}
 
     def _save(self, _: Nothing) -> Mapping[str, Any]:
         return {"file": str(self.jobs.save())}

@@ -174,6 +174,11 @@ class Places:
                 return self._lines[path[:length]]
         return None
 
+    def has_line(self, path: Keys) -> bool:
+        """Whether a key stands at the beginning of a line of this text."""
+        typed = self.as_typed(path)
+        return typed in self._lines and self._include(typed) is None
+
     @cached_property
     def _lines(self) -> dict[Keys, int]:
         return _places(self._text)

@@ -31,12 +31,12 @@ export class Store {
     this.own = {};
     /**
      * What views show without being asked by an action: languages, ghosts, the branch and the thing that are pointed at,
-     * what is hidden, units, the joint that is touched, a posture that is pointed at, the pose that is wished for, the
+     * what is hidden, units, the joint that is touched, the thing of the job that is held, a posture that is pointed at, the pose that is wished for, the
      * replay that is going on or was left, a table that was edited.
      */
     this.shown = {
       ghosts: false, peek: -1, lit: null, hidden: new Set(), angle: "rad", length: "m", theme: "system", frames: false, touched: -1,
-      preview: null, loads: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, left: null,
+      selected: -1, preview: null, loads: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, left: null,
       table: null
     };
     /** @type {Set<(what: string) => void>} */

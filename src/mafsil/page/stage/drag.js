@@ -8,7 +8,8 @@ import { searched } from "../loops/search.js";
 import { handleAt, ledBy } from "./handles.js";
 
 const GRIP = 22; // pixels around the tip
-const SNAP = 0.005; // m: places of targets
+const SNAP = 0.005; // m: steps of things that are placed
+const UNMOVED = 1e-6; // m | 1: what is not led farther has not been placed
 const HALVINGS = 14; // of the way to a place that is not reached
 const NEARLY_THERE = 1e-4; // m | rad: a tool as near as this is where it is wished
 const NUDGE = 0.01; // share of the scene's size that a key moves
@@ -31,7 +32,7 @@ export class ToolDrag {
   /** What is under the pointer of the things that can be placed; -1 where nothing is. */
   gripAt({ clientX, clientY }) {
     const { stage } = this, { app } = stage, box = stage.canvas.getBoundingClientRect();
-    return app.placed && app.player.scenery && !app.player.replay ? app.player.scenery.gripAt(clientX - box.left, clientY - box.top, stage, 0.6 * GRIP) : -1;
+    return this.places ? app.player.scenery.gripAt(clientX - box.left, clientY - box.top, stage, 0.6 * GRIP) : -1;
   }
 
   /** Whether the pointer is at the tool. */
@@ -41,33 +42,48 @@ export class ToolDrag {
     return Math.hypot(clientX - box.left - x, clientY - box.top - y) < GRIP;
   }
 
-  /** The handle of the tool under the pointer; null where there is none, or where the tool is not led. */
-  handleAt({ clientX, clientY }) {
-    const { stage } = this, box = stage.canvas.getBoundingClientRect();
-    return stage.awake && !this.near({ clientX, clientY }) ? handleAt(this.place().T, clientX - box.left, clientY - box.top, stage) : null;
+  /** What is held by arrows and rings: a thing of the job that was touched, else the tool. @returns {{T: number[], thing: number, turns: boolean} | null} */
+  held() {
+    const { app } = this.stage, { selected } = app.store.shown, thing = this.places ? app.player.scenery.things[selected] : undefined;
+    if (thing) return { T: app.player.scenery.gripOf(selected), thing: selected, turns: thing.turns };
+    const { driven } = app.store.arm.settings;
+    return isLed(app.store.arm) ? { T: this.place().T, thing: -1, turns: !(driven && driven.length < 6) } : null;
+  }
+
+  /** Whether things of the job can be placed now. */
+  get places() {
+    const { app } = this.stage;
+    return Boolean(app.placed && app.player.scenery && !app.player.replay);
+  }
+
+  /** The handle under the pointer; null where there is none. */
+  handleAt(event) {
+    const { stage } = this, box = stage.canvas.getBoundingClientRect(), held = this.held();
+    if (!held || (held.thing < 0 && (!stage.awake || this.near(event)))) return null;
+    if (held.thing >= 0 && ![-1, held.thing].includes(this.gripAt(event))) return null; // the dot of another is under the pointer
+    return handleAt(held, event.clientX - box.left, event.clientY - box.top, stage);
   }
 
   begin(event) {
-    const handle = this.handleAt(event);
+    const { store } = this.stage.app, handle = this.handleAt(event), held = this.held();
     if (handle) {
-      this.start(event.clientX, event.clientY);
+      this.start(event.clientX, event.clientY, held);
       this.going.handle = { ...handle, along: [0, 4, 8].map((r) => this.going.T[r + handle.axis]) };
       return;
     }
-    const target = this.near(event) ? -1 : this.gripAt(event);
-    if (target >= 0) {
-      const position = this.stage.app.player.scenery.grips()[target], { camera, width, height } = this.stage;
-      this.going = { target, x: event.clientX, y: event.clientY, position, placed: position, depth: camera.project(position, width, height).depth };
-    }
-    if (target >= 0 || !this.near(event)) return;
-    this.start(event.clientX, event.clientY);
+    const thing = this.near(event) ? -1 : this.gripAt(event);
+    if (thing !== store.shown.selected) store.show({ selected: thing });
+    if (thing >= 0 || this.near(event)) this.start(event.clientX, event.clientY, thing >= 0 ? this.held() : null);
   }
 
-  start(x, y) {
-    const { app } = this.stage, { T, depth } = this.place();
+  /** A gesture begins. @param {{T: number[], thing: number} | null} held  what is led; the tool if null */
+  start(x, y, held = null) {
+    const { app, camera, width, height } = this.stage, { T, thing } = held ?? { T: this.place().T, thing: -1 }, position = [T[3], T[7], T[11]];
+    this.going = { x, y, T, thing, position, quaternion: quaternionOf(T), depth: camera.project(position, width, height).depth };
+    if (thing >= 0) return;
     app.store.release();
     if (app.store.shown.replay) app.store.shown.replay.playing = false;
-    this.going = { x, y, T, depth, position: [T[3], T[7], T[11]], quaternion: quaternionOf(T), row: this.rowAt(T) };
+    this.going.row = this.rowAt(T);
   }
 
   /** The branch that the arm is on. */
@@ -77,35 +93,24 @@ export class ToolDrag {
   }
 
   move(event) {
-    const { camera, height } = this.stage, { x, y, depth, position, quaternion } = this.going;
-    const dx = event.clientX - x, dy = event.clientY - y;
-    if (this.going.target >= 0) {
-      const step = camera.reach(depth, height), raw = Vector.plus(Vector.plus(position, camera.right, dx * step), camera.up, -dy * step);
-      this.going.placed = raw.map((value) => micrometres(Math.round(value / SNAP) * SNAP));
-      this.stage.app.player.scenery.place(this.going.target, this.going.placed);
-      this.stage.app.draw();
-      return;
-    }
-    const { handle } = this.going;
+    const { camera, height } = this.stage, { x, y, depth, position, quaternion, handle, thing } = this.going;
+    const dx = event.clientX - x, dy = event.clientY - y, shifted = (...ways) => ways.reduce((at, [way, far]) => Vector.plus(at, way, far), position);
     if (handle) {
       const way = ledBy(handle, dx, dy, event.shiftKey), { along } = handle;
-      if (handle.kind === "shift") this.lead(Vector.plus(position, along, way), quaternion);
+      if (handle.kind === "shift") this.lead(shifted([along, way]), quaternion);
       else this.lead(position, turned(quaternion, along, way));
-      return;
+    } else if (event.ctrlKey && thing < 0) this.lead(position, turned(turned(quaternion, camera.up, dx * 0.01), camera.right, dy * 0.01));
+    else {
+      const step = camera.reach(depth, height);
+      this.lead(shifted([camera.right, dx * step], [camera.up, -dy * step]), quaternion);
     }
-    if (event.ctrlKey) {
-      this.lead(position, turned(turned(quaternion, camera.up, dx * 0.01), camera.right, dy * 0.01));
-      return;
-    }
-    const step = camera.reach(depth, height);
-    this.lead(Vector.plus(Vector.plus(position, camera.right, dx * step), camera.up, -dy * step), quaternion);
   }
 
   /** One step by a key. */
   nudge([dx, dy], deep) {
-    if (!isLed(this.stage.app.store.arm)) return;
-    const { camera, app } = this.stage, step = NUDGE * app.data.scene.size;
-    this.start(0, 0);
+    const { camera, app } = this.stage, step = NUDGE * app.data.scene.size, held = this.held();
+    if (!held) return;
+    this.start(0, 0, held);
     const { position, quaternion } = this.going, way = deep ? camera.away : camera.up;
     this.lead(Vector.plus(Vector.plus(position, camera.right, dx * step), way, -dy * step), quaternion);
     this.end();
@@ -113,6 +118,10 @@ export class ToolDrag {
 
   /** The tool at a pose if the arm can, else the wish and the reason why not. */
   lead(position, quaternion) {
+    if (this.going.thing >= 0) {
+      this.leadThing(position, quaternion);
+      return;
+    }
     const { store } = this.stage.app, { arm } = store;
     const given = { position: position.map(micrometres), quaternion: quaternion.map(fine) };
     const T = poseFrom(given.position, given.quaternion);
@@ -136,6 +145,15 @@ export class ToolDrag {
       if (nearest) store.do("reach", { ...given, position: nearest, branch: row }, { gesture: true });
       store.show({ wish: T, refusal: reasonAt(T, branches, arm) ?? { key: "why_other_branches", values: { count } } });
     }
+  }
+
+  /** A thing of the job, shifted in whole steps from where it was. */
+  leadThing(position, quaternion) {
+    const { going, stage: { app } } = this, { T } = going;
+    const whole = position.map((x, k) => T[4 * k + 3] + Math.round((x - T[4 * k + 3]) / SNAP) * SNAP);
+    const wanted = poseFrom(going.handle?.kind === "shift" ? position : whole, quaternion), placed = app.player.scenery.place(going.thing, wanted);
+    going.placed = wanted.some((x, k) => Math.abs(x - T[k]) > UNMOVED) ? placed : null;
+    app.draw();
   }
 
   /** The same of a robot with loops: as near as its driven joints bring the tool. @param {number[]} T */
@@ -170,10 +188,10 @@ export class ToolDrag {
 
   end() {
     if (!this.going) return;
-    const { target, placed, position } = this.going;
+    const { thing, placed } = this.going;
     this.going = null;
-    if (target >= 0) {
-      if (placed !== position) this.stage.app.placed(target, placed);
+    if (thing >= 0) {
+      if (placed) this.stage.app.placed(placed.thing, placed.T);
       return;
     }
     this.stage.app.store.release(); // the reason stays until the next action

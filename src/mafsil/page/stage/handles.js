@@ -19,11 +19,11 @@ const originOf = (T) => [T[3], T[7], T[11]];
 const onCircle = (centre, u, v, radius, angle) => Vector.plus(Vector.plus(centre, u, radius * Math.cos(angle)), v, radius * Math.sin(angle));
 const sideways = (axis) => Vector.unit(Vector.cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
 
-/** The handles of a pose: each with the points of its line in the picture. @param {ArrayLike<number>} T @param {object} stage */
-function handlesOf(T, { camera, width, height, app }) {
+/** The handles of what is held: each with the points of its line. @param {{T: ArrayLike<number>, turns: boolean}} held @param {object} stage */
+function handlesOf({ T, turns: turning }, { camera, width, height }) {
   const at = originOf(T), pixel = camera.reach(camera.project(at, width, height).depth, height);
   const shifts = [0, 1, 2].map((axis) => ({ kind: "shift", axis, points: [0.35, 1].map((share) => Vector.plus(at, columnOf(T, axis), share * LONG * pixel)) }));
-  const { driven } = app.store.arm.settings, turns = (driven && driven.length < 6 ? [] : [0, 1, 2]).map((axis) => ({
+  const turns = (turning ? [0, 1, 2] : []).map((axis) => ({
     kind: "turn", axis,
     points: Array.from(
       { length: STEPS + 1 },
@@ -48,12 +48,12 @@ function awayFrom(x, y, points) {
 /**
  * The handle under the pointer: its axis, and how far the picture moves with a metre or a radian there [pixels].
  *
- * @param {ArrayLike<number>} T  pose of the tool @param {number} x @param {number} y @param {object} stage
+ * @param {{T: ArrayLike<number>, turns: boolean}} held @param {number} x @param {number} y @param {object} stage
  * @returns {{kind: "shift" | "turn", axis: number, flow: number[]} | null}
  */
-export function handleAt(T, x, y, stage) {
+export function handleAt(held, x, y, stage) {
   const { camera, width, height } = stage;
-  const found = handlesOf(T, stage).map((one) => ({
+  const found = handlesOf(held, stage).map((one) => ({
     ...one, ...awayFrom(x, y, camera.projected(one.points, width, height))
   })).filter(({ away }) => away < NEAR).sort((a, b) => a.away - b.away)[0];
   if (!found) return null;
@@ -71,12 +71,12 @@ export function ledBy({ kind, flow: [u, v] }, dx, dy, snaps) {
 /** Whether handles are seen: the pointer is near, or leads. */
 export const isAwake = (tip, x, y) => Math.hypot(x - tip.x, y - tip.y) < AWAKE;
 
-/** Arrows and rings to be drawn, the one that is pointed at stronger. @param {object | null} lit */
-export function drawHandles(T, stage, lit) {
+/** Arrows and rings of what is held, the one that is pointed at stronger. @param {object | null} lit */
+export function drawHandles(held, stage, lit) {
   const { figure } = stage, thick = figure.size * 0.0035;
-  return overAll(handlesOf(T, stage).flatMap(({ kind, axis, points }) => {
+  return overAll(handlesOf(held, stage).flatMap(({ kind, axis, points }) => {
     const strong = lit && lit.kind === kind && lit.axis === axis, colour = [...HANDLES[axis], strong ? 1 : 0.55];
-    if (kind === "shift") return figure.pointer(originOf(T), points[1], [...HANDLES[axis], 1]);
+    if (kind === "shift") return figure.pointer(originOf(held.T), points[1], [...HANDLES[axis], 1]);
     return points.slice(1).map((to, k) => figure.rod(points[k], to, colour, strong ? 1.8 * thick : thick));
   }));
 }

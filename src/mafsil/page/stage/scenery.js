@@ -3,6 +3,7 @@
 import { Matrix, Vector } from "../../scene/matrix.js";
 import { Shapes } from "../../scene/shapes.js";
 import { bytes } from "../core/kernels.js";
+import { quaternionOf } from "../core/rotations.js";
 import { NO_MARKS, around, columns } from "./figure.js";
 
 const FEW_TARGETS = 12; // more are drawn as thin sticks, three meshes in all, however many there are
@@ -98,33 +99,57 @@ export class Scenery {
     return [...parts, ...this.fixed];
   }
 
-  /** Where everything is that can be placed: targets, then obstacles and surfaces of a job. @returns {number[][]} */
-  grips() {
-    const { targets, places = [] } = this.tape;
-    return [...targets.map(({ pose }) => pose.slice(0, 3)), ...places.map((_, k) => Array.from(this.fixed[k].slice(12, 15)))];
+  /** What can be placed: targets, what stands around, parts. @returns {{kind: string, index: number, turns: boolean, leads?: number}[]} */
+  get things() {
+    return this.tape.things ?? [];
   }
 
-  /** A dot at each of the things among them, by which it is led. */
+  /** Pose of one of them, column after column. @param {number} k */
+  poseOf(k) {
+    const { kind, index } = this.things[k];
+    if (kind === "target") return Matrix.pose(...this.tape.targets[index].pose);
+    return kind === "around" ? this.fixed[index] : this.pose(this.carried[index].poses, 0);
+  }
+
+  /** The frame at which one of them is held, row after row: its own, in the middle of what is drawn of it. */
+  gripOf(k) {
+    const { kind, index } = this.things[k], T = this.poseOf(k), shapes = kind === "around" && this.tape.scenery.bodies[this.carried.length + index].shapes,
+      middle = shapes?.length ? Matrix.multiply(T, Matrix.pose(...shapes[0].pose.slice(0, 3), 1, 0, 0, 0)) : T;
+    return rows(middle);
+  }
+
+  /** A dot at each of them but targets, which have arrows. */
   gripDots(colour) {
-    return this.grips().slice(this.tape.targets.length).map((at) => ({ ...this.figure.dot(at, this.figure.size * 0.014, colour), over: true }));
+    const seen = (thing, k) => (thing.kind === "target" ? [] : [columns(this.gripOf(k)).slice(12, 15)]);
+    return this.things.flatMap(seen).map((at) => ({ ...this.figure.dot(Array.from(at), this.figure.size * 0.014, colour), over: true }));
   }
 
   /** The one of them at a place of the picture, if one is as near as this [pixels]; -1 where none is. */
   gripAt(x, y, { camera, width, height }, near) {
-    const away = camera.projected(this.grips(), width, height).map((one) => Math.hypot(one.x - x, one.y - y));
-    const k = away.indexOf(Math.min(...away));
+    const at = this.things.map((_, k) => [3, 7, 11].map((r) => this.gripOf(k)[r]));
+    const away = camera.projected(at, width, height).map((one) => Math.hypot(one.x - x, one.y - y)), k = away.indexOf(Math.min(...away));
     return k >= 0 && away[k] < near ? k : -1;
   }
 
-  /** One of them somewhere else. */
-  place(k, position) {
-    const { targets } = this.tape, target = targets[k];
-    if (!target) {
-      this.fixed[k - targets.length].set(position, 12);
-      return;
+  /**
+   * One of them with its grip at another pose; a part leads the target where it is taken, a target its parts.
+   *
+   * @param {number} k @param {number[]} T  of the grip, row after row
+   * @returns {{thing: number, T: Float32Array}}  what is to be written: a target, or what stands around, with its pose
+   */
+  place(k, T) {
+    const { kind, index, leads } = this.things[k], before = columns(this.gripOf(k)), change = (pose) => along(columns(T), before, pose);
+    if (kind === "around") {
+      this.fixed[index] = change(this.fixed[index]);
+      return { thing: k, T: this.fixed[index] };
     }
-    target.pose = [...position, ...target.pose.slice(3)];
-    if (this.few[k]) this.few[k] = Matrix.pose(...target.pose);
+    const thing = leads ?? k, target = this.things[thing].index, pose = change(Matrix.pose(...this.tape.targets[target].pose));
+    for (const part of this.things.filter((one) => one.leads === thing).map((one) => this.carried[one.index])) {
+      part.poses = Float32Array.from(sevenOf(change(this.pose(part.poses, 0))));
+    }
+    this.tape.targets[target].pose = sevenOf(pose);
+    if (this.few[target]) this.few[target] = pose;
+    return { thing, T: pose };
   }
 
   /** Where a thing begins. @param {number} k */
@@ -154,6 +179,12 @@ export class Scenery {
     return few.slice(1).flatMap((to, k) => (Math.hypot(...Vector.minus(to, few[k])) > 1e-6 ? [this.figure.rod(few[k], to, colour)] : []));
   }
 }
+
+/** 16 numbers column after column, row after row; the same turns them back. */
+const rows = (T) => Array.from({ length: 16 }, (_, k) => T[4 * (k % 4) + (k >> 2)]);
+
+/** Position and quaternion of a pose column after column. */
+const sevenOf = (T) => [...T.slice(12, 15), ...quaternionOf(rows(T))];
 
 /** What was carried at one pose of the tip, with the tip at another: T_now T_before^-1 T_part, column after column. */
 function along(now, before, part) {

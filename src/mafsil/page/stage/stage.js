@@ -69,7 +69,8 @@ export class Stage extends Viewport {
     if (!shown.hidden.has("tip")) list.push(...figure.triad(tip, { scale: scale("tip") }));
     if (!shown.hidden.has("base")) list.push(...figure.triad(WORLD, { scale: 1.15 * scale("base") }));
     list.push(figure.dot([tip[3], tip[7], tip[11]], figure.size * 0.024, [...this.colours.accent.slice(0, 3), 0.7]));
-    if (this.awake || this.drag.going?.handle) list.push(...drawHandles(tip, this, this.drag.going?.handle ?? this.handle));
+    const held = this.drag.held();
+    if (held && (held.thing >= 0 || this.awake || this.drag.going?.handle)) list.push(...drawHandles(held, this, this.drag.going?.handle ?? this.handle));
     if (shown.touched >= 0) list.push(...drawLimits(shown.touched, poses, this));
     if (shown.loads) list.push(...drawLoads(poses, this));
     if (state.loop) list.push(...figure.ghost(arm.kernels.link_poses(state.goal)[0], this.colours.accent));
