@@ -71,7 +71,7 @@ class _Impact:
             rate = self.G @ (self.n - self.friction * d)
             aside = T.T @ rate - float(d @ rate) * (slip / speed)
             if float(np.linalg.norm(aside)) > PARALLEL * float(np.linalg.norm(rate)):
-                return self._turning_slide(T)
+                return self._rotating_slip(T)
             decrease = -float(d @ rate)
             return self._straight(rate, speed / decrease if decrease > 0.0 else inf, T)
         if self.friction == 0.0:
@@ -104,7 +104,7 @@ class _Impact:
             return until == end and self._phase_ended()
         return self._phase_ended()
 
-    def _turning_slide(self, T: Floats) -> bool:
+    def _rotating_slip(self, T: Floats) -> bool:
         """Sliding whose direction turns: log of its speed, its angle, normal speed and work over s, dp = |v_t| ds."""
         first = T.T @ self.v
         speed = float(np.linalg.norm(first))
