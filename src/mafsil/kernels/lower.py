@@ -23,14 +23,13 @@ the printers of IR it takes 30 ms, more than all the rest of a start.
 
 from __future__ import annotations
 
-import re
-
 from mafsil.errors import KernelError
 from mafsil.expression import Function
 from mafsil.kernels import call
 from mafsil.kernels.argument import huge_function, huge_value_function
 from mafsil.kernels.call import CALL
-from mafsil.kernels.emitter import Text
+from mafsil.kernels.emitter import Text, prototypes
+from mafsil.kernels.gathering import GATHERING
 from mafsil.kernels.layout import ALONE, BATCH, LANE_COUNT, LANES, SINGLE, Signature
 from mafsil.kernels.program import Program
 from mafsil.kernels.reduce import reduce
@@ -81,23 +80,22 @@ def lower(
         declared |= found
         lines.append(text)
     else:
-        declared |= {f"declare {re.sub(' %[a-z._]+', '', head)}" for head in re.findall(_HEAD, text)}
+        declared |= set(prototypes(text))
     return _module(target, declared, lines)
 
 
 def shared(target: Target) -> tuple[str, list[str]]:
     """Text of the module with what all kernels of a processor call, and its symbols.
 
+    That is what moves rows, reduces huge angles, and reads the arguments of unusual calls.
+
     Args:
         target: lanes, and whether products and sums may be fused.
     """
     declared, text = _called(target)
-    symbols = [head.split("@")[1].split("(")[0] for head in re.findall(_HEAD, text)]
+    text += GATHERING
+    symbols = [head.split("@")[1].split("(")[0] for head in prototypes(text)]
     return _module(target, declared, [text.replace("define internal", "define dso_local")]), symbols
-
-
-_HEAD = re.compile(r"(?m)^define internal (.*\)) .*\{$")
-"""A function of `_called`: its type, name and arguments."""
 
 
 def _called(target: Target, moves: bool = True, turns: bool = True) -> tuple[set[str], str]:
