@@ -232,7 +232,7 @@ def _load(order: Order, name: str, entry: Entry, *, cached: bool) -> Part | None
 
 
 def shared_code(machine: Target | None = None, store: Store | None = None) -> Mapping[str, int]:
-    """Addresses of what all kernels of a processor call (`lower.shared`); compiled once, kept as long as the process.
+    """Addresses of what all kernels of a processor call (`lower.shared_module`), compiled once, kept for the process.
 
     Args:
         machine: the processor; None is this one.
@@ -263,7 +263,7 @@ def _load_shared(entry: Entry) -> Mapping[str, int]:
 
 
 def _compile_shared(machine: Target) -> Entry:
-    ir, symbols = translation.shared(machine)
+    ir, symbols = translation.shared_module(machine)
     return Entry(target.compile(ir, machine), b"", b"", json.dumps(symbols).encode())
 
 
