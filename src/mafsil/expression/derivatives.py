@@ -26,7 +26,7 @@ def jacobian(f: Expression, x: Expression) -> Expression:
     forward, reverse = graph.effort()
     m, n = len(f.entries), len(x.entries)
     if forward <= reverse:
-        columns = [graph.forward({id(s): ONE}, 1 << j) for j, s in enumerate(graph.symbols)]
+        columns = [graph.forward({s: ONE}, 1 << j) for j, s in enumerate(graph.symbols)]
         return matrix(m, n, [entry for column in columns for entry in column])
     rows = [graph.reverse([(node, ONE)]) for node in f.entries]
     return matrix(m, n, [row[j] for j in range(n) for row in rows])
@@ -48,7 +48,7 @@ def hessian(f: Expression, x: Expression) -> tuple[Expression, Expression]:
     """Second derivatives (n, n) of a scalar by n symbols, and its gradient; exactly symmetric."""
     slope = gradient(f, x)
     graph, n = _Graph(slope.entries, x), len(x.entries)
-    columns = [graph.forward({id(s): ONE}, 1 << j) for j, s in enumerate(graph.symbols)]
+    columns = [graph.forward({s: ONE}, 1 << j) for j, s in enumerate(graph.symbols)]
     return matrix(n, n, [columns[min(i, j)][max(i, j)] for j in range(n) for i in range(n)]), slope
 
 
@@ -61,7 +61,7 @@ def jtimes(f: Expression, x: Expression, v: Expression) -> Expression:
     if x.shape != v.shape:
         raise OperandError("expression.shapes", sign="jtimes", left=x.shape, right=v.shape)
     graph = _Graph(f.entries, x)
-    seeds = {id(s): node for s, node in zip(graph.symbols, v.entries, strict=True)}
+    seeds: dict[Node, Node] = dict(zip(graph.symbols, v.entries, strict=True))
     return matrix(f.rows, f.columns, graph.forward(seeds, (1 << len(graph.symbols)) - 1))
 
 
@@ -70,56 +70,56 @@ class _Graph:
 
     def __init__(self, results: Sequence[Node], x: Expression) -> None:
         self.results, self.symbols = results, symbols_of([x])
-        self.depends: dict[int, int] = {id(s): 1 << j for j, s in enumerate(self.symbols)}
+        self.depends: dict[Node, int] = {s: 1 << j for j, s in enumerate(self.symbols)}
         """Bit j: the node depends on symbol j."""
         self.active: list[Node] = []
-        self.slopes: dict[int, Slopes] = {}
+        self.slopes: dict[Node, Slopes] = {}
         depends = self.depends
         for node in topological_order(results):
-            mask = depends.get(id(node.a), 0) | depends.get(id(node.b), 0)
+            mask = depends.get(node.a, 0) | depends.get(node.b, 0)
             if mask and node.a is not LEAF:
-                depends[id(node)] = mask
+                depends[node] = mask
                 self.active.append(node)
-                self.slopes[id(node)] = slopes(node)
+                self.slopes[node] = slopes(node)
 
     def effort(self) -> tuple[int, int]:
         """Nodes that all forward passes, and all reverse passes, go over."""
-        forward = sum(self.depends[id(node)].bit_count() for node in self.active)
-        needed: dict[int, int] = {}
+        forward = sum(self.depends[node].bit_count() for node in self.active)
+        needed: dict[Node, int] = {}
         for i, node in enumerate(self.results):
-            needed[id(node)] = needed.get(id(node), 0) | 1 << i
+            needed[node] = needed.get(node, 0) | 1 << i
         reverse = 0
         for node in reversed(self.active):
-            mask = needed.get(id(node), 0)
+            mask = needed.get(node, 0)
             reverse += mask.bit_count()
             for operand in (node.a, node.b):
-                needed[id(operand)] = needed.get(id(operand), 0) | mask
+                needed[operand] = needed.get(operand, 0) | mask
         return forward, reverse
 
-    def forward(self, seeds: dict[int, Node], mask: int) -> list[Node]:
+    def forward(self, seeds: dict[Node, Node], mask: int) -> list[Node]:
         """Derivatives of all results along the seeds of symbols, over the nodes that depend on those of the mask."""
         change = dict(seeds)
         for node in self.active:
-            if self.depends[id(node)] & mask:
-                by_a, by_b = self.slopes[id(node)]
-                da, db = change.get(id(node.a), ZERO), change.get(id(node.b), ZERO)
-                change[id(node)] = arithmetic.add(_carried(node, by_a, da), _carried(node, by_b, db))
-        return [change.get(id(node), ZERO) for node in self.results]
+            if self.depends[node] & mask:
+                by_a, by_b = self.slopes[node]
+                da, db = change.get(node.a, ZERO), change.get(node.b, ZERO)
+                change[node] = arithmetic.add(_carried(node, by_a, da), _carried(node, by_b, db))
+        return [change.get(node, ZERO) for node in self.results]
 
     def reverse(self, seeds: Sequence[tuple[Node, Node]]) -> list[Node]:
         """Derivatives by all symbols of the sum of results times seeds."""
-        weight: dict[int, Node] = {}
+        weight: dict[Node, Node] = {}
         for node, seed in seeds:
-            weight[id(node)] = arithmetic.add(weight.get(id(node), ZERO), seed)
+            weight[node] = arithmetic.add(weight.get(node, ZERO), seed)
         for node in reversed(self.active):
-            outer = weight.get(id(node))
+            outer = weight.get(node)
             if outer is None or outer is ZERO:
                 continue
-            for operand, slope in zip((node.a, node.b), self.slopes[id(node)], strict=True):
-                if slope is not ZERO and id(operand) in self.depends:
+            for operand, slope in zip((node.a, node.b), self.slopes[node], strict=True):
+                if slope is not ZERO and operand in self.depends:
                     share = _carried(node, slope, outer)
-                    weight[id(operand)] = arithmetic.add(weight.get(id(operand), ZERO), share)
-        return [weight.get(id(s), ZERO) for s in self.symbols]
+                    weight[operand] = arithmetic.add(weight.get(operand, ZERO), share)
+        return [weight.get(s, ZERO) for s in self.symbols]
 
 
 def _carried(node: Node, slope: Node, change: Node) -> Node:

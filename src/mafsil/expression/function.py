@@ -51,9 +51,9 @@ class Function:
         self.output_names = tuple(output_names or (f"o{k}" for k in range(len(self.outputs))))
         self.order = topological_order(node for output in self.outputs for node in output.entries)
         self.symbols = symbols_of(self.inputs)
-        known = {id(symbol) for symbol in self.symbols}
+        known = set(self.symbols)
         for node in self.order:
-            if node.op == SYMBOL and id(node) not in known:
+            if node.op == SYMBOL and node not in known:
                 raise OperandError("expression.free", name=node.name if isinstance(node, Symbol) else node.op)
 
     def call(self, arguments: Sequence[Convertible]) -> list[Expression]:
@@ -70,11 +70,11 @@ class Function:
             given += other.entries
         if all(node.op == CONSTANT for node in given):
             pairs = zip(self.symbols, given, strict=True)
-            numbers = values(self.order, {id(symbol): node.value for symbol, node in pairs})
+            numbers = values(self.order, {symbol: node.value for symbol, node in pairs})
             found = {key: constant(number) for key, number in numbers.items()}
         else:
-            found = rebuilt(self.order, {id(s): node for s, node in zip(self.symbols, given, strict=True)})
-        return [matrix(x.rows, x.columns, [found[id(node)] for node in x.entries]) for x in self.outputs]
+            found = rebuilt(self.order, dict(zip(self.symbols, given, strict=True)))
+        return [matrix(x.rows, x.columns, [found[node] for node in x.entries]) for x in self.outputs]
 
     def __call__(self, *arguments: Convertible) -> Expression:
         """The output for these inputs, of a function with one.

@@ -14,21 +14,17 @@ from mafsil.expression.node import CONSTANT, FOLDS, LEAF, SYMBOL, Node, Symbol, 
 def topological_order(roots: Iterable[Node]) -> list[Node]:
     """All nodes under the roots, operands before what needs them, each once; depth first, first operands first."""
     order: list[Node] = []
-    seen = {id(LEAF)}
+    seen = {LEAF}
     for root in roots:
-        stack = [root]
+        # What lies on the stack waits for what lies above it, so nothing is on it twice.
+        stack = [] if root in seen else [root]
         while stack:
             node = stack[-1]
-            if id(node) in seen:
-                stack.pop()
-            elif id(node.a) not in seen:
-                stack.append(node.a)
-            elif id(node.b) not in seen:
-                stack.append(node.b)
+            if (operand := node.a) not in seen or (operand := node.b) not in seen:
+                stack.append(operand)
             else:
-                seen.add(id(node))
-                order.append(node)
-                stack.pop()
+                seen.add(node)
+                order.append(stack.pop())
     return order
 
 
@@ -52,8 +48,8 @@ def symbols_of(xs: Sequence[Expression]) -> list[Symbol]:
     return found
 
 
-def rebuilt(order: Iterable[Node], known: dict[int, Node], shared: bool = False) -> dict[int, Node]:
-    """Every node of the order built anew over new operands, by the identity of the old node.
+def rebuilt(order: Iterable[Node], known: dict[Node, Node], shared: bool = False) -> dict[Node, Node]:
+    """Every node of the order built anew over new operands, by the old node.
 
     Args:
         order: operands first.
@@ -62,16 +58,15 @@ def rebuilt(order: Iterable[Node], known: dict[int, Node], shared: bool = False)
     """
     table = _Table()
     for node in order:
-        if id(node) in known:
+        if node in known:
             continue
-        op = node.op
-        if op in (SYMBOL, CONSTANT):
+        if node.a is LEAF:
             new = node
         elif node.b is LEAF:
-            new = UNARY[op](known[id(node.a)])
+            new = UNARY[node.op](known[node.a])
         else:
-            new = BINARY[op](known[id(node.a)], known[id(node.b)])
-        known[id(node)] = table.one(new) if shared else new
+            new = BINARY[node.op](known[node.a], known[node.b])
+        known[node] = table.one(new) if shared else new
     return known
 
 
@@ -80,23 +75,24 @@ class _Table:
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[object, ...], Node] = {}
-        self._ones: set[int] = {id(LEAF)}
+        self._ones = {LEAF}
 
     def one(self, node: Node) -> Node:
         """The node of this value; what a rule built below it is shared too."""
-        if id(node) in self._ones:
+        if node in self._ones:
             return node
         if node.op == SYMBOL:
-            key: tuple[object, ...] = (SYMBOL, id(node))
+            key: tuple[object, ...] = (node,)
         elif node.op == CONSTANT:
             key = (CONSTANT, node.value.hex())
         else:
-            a, b = self.one(node.a), self.one(node.b)
-            if a is not node.a or b is not node.b:
+            a, b = node.a, node.b
+            if a not in self._ones or b not in self._ones:
+                a, b = self.one(a), self.one(b)
                 node = Node(node.op, a, b)
-            key = (node.op, id(a), id(b))
+            key = (node.op, a, b)
         found = self._nodes.setdefault(key, node)
-        self._ones.add(id(found))
+        self._ones.add(found)
         return found
 
 
@@ -110,7 +106,7 @@ def cse(x: Expression | Sequence[Expression]) -> Expression | list[Expression]:
     roots = [node for each in several for node in each.entries]
     order = topological_order(roots)
     known = rebuilt(order, {}, shared=True)
-    done = [matrix(each.rows, each.columns, [known[id(node)] for node in each.entries]) for each in several]
+    done = [matrix(each.rows, each.columns, [known[node] for node in each.entries]) for each in several]
     return done[0] if isinstance(x, Expression) else done
 
 
@@ -134,13 +130,13 @@ def substitute(
         OperandError: `old` holds something that is no symbol, or shapes differ.
     """
     several, olds, news = _several(x), _several(old), _several(new)
-    known: dict[int, Node] = {}
+    known: dict[Node, Node] = {}
     for before, after in zip(olds, news, strict=True):
         if before.shape != after.shape:
             raise OperandError("expression.shapes", sign="substitute", left=before.shape, right=after.shape)
-        known.update((id(symbol), node) for symbol, node in zip(symbols_of([before]), after.entries, strict=True))
+        known.update((symbol, node) for symbol, node in zip(symbols_of([before]), after.entries, strict=True))
     rebuilt(topological_order(node for each in several for node in each.entries), known)
-    done = [matrix(each.rows, each.columns, [known[id(node)] for node in each.entries]) for each in several]
+    done = [matrix(each.rows, each.columns, [known[node] for node in each.entries]) for each in several]
     return done[0] if isinstance(x, Expression) else done
 
 
@@ -148,8 +144,8 @@ def _several(x: Expression | Sequence[Expression]) -> list[Expression]:
     return [x] if isinstance(x, Expression) else list(x)
 
 
-def values(order: Sequence[Node], known: dict[int, float]) -> dict[int, float]:
-    """The number of every node, by its identity.
+def values(order: Sequence[Node], known: dict[Node, float]) -> dict[Node, float]:
+    """The number of every node.
 
     Args:
         order: operands first.
@@ -157,12 +153,12 @@ def values(order: Sequence[Node], known: dict[int, float]) -> dict[int, float]:
     """
     for node in order:
         if node.op == CONSTANT:
-            known[id(node)] = node.value
+            known[node] = node.value
         elif node.b is not LEAF:
-            known[id(node)] = FOLDS[node.op](known[id(node.a)], known[id(node.b)])
+            known[node] = FOLDS[node.op](known[node.a], known[node.b])
         elif node.op != SYMBOL:
-            known[id(node)] = FOLDS[node.op](known[id(node.a)])
-        elif id(node) not in known:
+            known[node] = FOLDS[node.op](known[node.a])
+        elif node not in known:
             raise OperandError("expression.free", name=node.name if isinstance(node, Symbol) else node.op)
     return known
 
@@ -174,4 +170,4 @@ def evalf(x: Expression) -> Expression:
         OperandError: a symbol is in it.
     """
     found = values(topological_order(x.entries), {})
-    return matrix(x.rows, x.columns, [constant(found[id(node)]) for node in x.entries])
+    return matrix(x.rows, x.columns, [constant(found[node]) for node in x.entries])

@@ -122,7 +122,7 @@ def _trace(order: Order) -> TapeEntry:
 
 @contextmanager
 def _no_collection() -> Generator[None, None, None]:
-    """Python looks for no circles of garbage: in the ten thousands of small objects of an expression there are none."""
+    """Python looks for no circles of garbage: among the many small objects of expressions and tapes there are none."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -178,7 +178,9 @@ def _compiled(order: Order, whole: Image, name: str, key: str) -> Part:
     with _llvm:
         machine = order.target or target.host()
     started = time.perf_counter()
-    ir = translation.translate(name, _tape_text(order, whole) if name != CALL else None, order.signature, machine)
+    with _no_collection():
+        program = _tape_text(order, whole) if name != CALL else None
+        ir = translation.translate(name, program, order.signature, machine)
     lowered = time.perf_counter()
     with _llvm:
         code = target.compile(ir, machine, 1 if name in (SINGLE, CALL) else 2)
@@ -224,13 +226,13 @@ def _other_answers(order: Order, whole: Image, name: str) -> bytes | None:
 
 
 def _load(order: Order, name: str, entry: Entry, *, cached: bool) -> Part | None:
-    imports = dict[str, int]() if name == CALL else shared_code(order.target, order.store)
+    imports = shared_code(order.target, order.store)
     with _llvm:
         return image.load(name, entry, order.signature, imports, cached=cached)
 
 
 def shared_code(machine: Target | None = None, store: Store | None = None) -> Mapping[str, int]:
-    """Addresses of what all kernels of a processor call (`lower.shared`); compiled once, kept as long as the process.
+    """Addresses of what all kernels of a processor call (`lower.shared_module`), compiled once, kept for the process.
 
     Args:
         machine: the processor; None is this one.
@@ -261,7 +263,7 @@ def _load_shared(entry: Entry) -> Mapping[str, int]:
 
 
 def _compile_shared(machine: Target) -> Entry:
-    ir, symbols = translation.shared(machine)
+    ir, symbols = translation.shared_module(machine)
     return Entry(target.compile(ir, machine), b"", b"", json.dumps(symbols).encode())
 
 

@@ -14,6 +14,7 @@ computed and the mask (one bit a lane) picks. That is also why NaN in the side n
 
 from __future__ import annotations
 
+import re
 import struct
 from dataclasses import dataclass, field
 from functools import cache
@@ -78,6 +79,14 @@ def _intrinsic(name: str, kind: str, count: int) -> tuple[str, str, str]:
     """Of a call: what stands before its arguments and between them, and the declaration."""
     head = f"{kind} @llvm.{name}.{intrinsic_suffix(kind)}("
     return f"call {head}{kind} ", f", {kind} ", f"declare {head}{', '.join([kind] * count)})"
+
+
+_INTERNAL = re.compile(r"(?m)^define internal (.*\)) .*\{$")
+
+
+def prototypes(text: str) -> list[str]:
+    """Declarations of the internal functions of a text, for a module that calls them where they are shared."""
+    return [f"declare {re.sub(' %[a-z._]+', '', head)}" for head in re.findall(_INTERNAL, text)]
 
 
 def intrinsic_suffix(kind: str) -> str:

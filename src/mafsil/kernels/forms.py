@@ -12,6 +12,7 @@ Nothing is converted that NumPy would convert to other bits, and no number of a 
 
 from __future__ import annotations
 
+from mafsil.kernels.emitter import prototypes
 from mafsil.kernels.gathering import GATHERING
 from mafsil.kernels.gathering import place as at
 from mafsil.kernels.layout import Signature
@@ -46,7 +47,7 @@ def entry(signature: Signature) -> str:
         _given(signature),
         _point(signature),
     ]
-    return "\n".join([GATHERING, _core(signature), *parts, rows_of_one_batch(signature), _slow()])
+    return "\n".join([*prototypes(GATHERING), _core(signature), *parts, rows_of_one_batch(signature), _slow()])
 
 
 def _head() -> str:

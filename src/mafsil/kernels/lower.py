@@ -13,7 +13,7 @@ does the same with W numbers in place of one (`<W x double>`), element e of W ro
    pieces in memory at `%far`.
 5. The batch entry is wrapped in what brings rows into lanes (`staging`); the single entry takes pointers as they are.
 6. What all need once: declarations of intrinsics, attributes. What moves rows and reduces huge angles is the same for
-   all kernels of a processor: a part of a module that stands alone, else compiled once and called (`shared`).
+   all kernels of a processor: a part of a module that stands alone, else compiled once and called (`shared_module`).
 
 Compiled apart, each entry is there as soon as it is needed, and a kernel that is only ever called in one way has only
 that. Comments are kept out of the IR itself: its length decides how hard LLVM tries (`target`). Kernels from the cache
@@ -23,14 +23,13 @@ the printers of IR it takes 30 ms, more than all the rest of a start.
 
 from __future__ import annotations
 
-import re
-
 from mafsil.errors import KernelError
 from mafsil.expression import Function
 from mafsil.kernels import call
 from mafsil.kernels.argument import huge_function, huge_value_function
 from mafsil.kernels.call import CALL
-from mafsil.kernels.emitter import Text
+from mafsil.kernels.emitter import Text, prototypes
+from mafsil.kernels.gathering import GATHERING
 from mafsil.kernels.layout import ALONE, BATCH, LANE_COUNT, LANES, SINGLE, Signature
 from mafsil.kernels.program import Program
 from mafsil.kernels.reduce import reduce
@@ -55,7 +54,7 @@ def lower(
         signature: its ports; sizes must be those of the tape.
         target: lanes, and whether products and sums may be fused.
         entries: which of `mafsil_batch`, `mafsil_single` and `mafsil_lanes`.
-        alone: without calls to anything outside; else it calls the functions of `shared`.
+        alone: without calls to anything outside; else it calls the functions of `shared_module`.
 
     Raises:
         KernelError: the ports do not fit the tape, or a tile not the stack.
@@ -76,31 +75,30 @@ def lower(
         lines.append(f"@{ALONE} = {known}, align 8")
     # 6.
     operations = {node.op for node in tape.nodes}
-    found, text = _called(target, moves=BATCH in entries, turns=bool(operations & {"sin", "cos", "tan"}))
+    found, text = _callees(target, moves=BATCH in entries, turns=bool(operations & {"sin", "cos", "tan"}))
     if alone:
         declared |= found
         lines.append(text)
     else:
-        declared |= {f"declare {re.sub(' %[a-z._]+', '', head)}" for head in re.findall(_HEAD, text)}
+        declared |= set(prototypes(text))
     return _module(target, declared, lines)
 
 
-def shared(target: Target) -> tuple[str, list[str]]:
+def shared_module(target: Target) -> tuple[str, list[str]]:
     """Text of the module with what all kernels of a processor call, and its symbols.
+
+    That is what moves rows, reduces huge angles, and reads the arguments of unusual calls.
 
     Args:
         target: lanes, and whether products and sums may be fused.
     """
-    declared, text = _called(target)
-    symbols = [head.split("@")[1].split("(")[0] for head in re.findall(_HEAD, text)]
+    declared, text = _callees(target)
+    text += GATHERING
+    symbols = [head.split("@")[1].split("(")[0] for head in prototypes(text)]
     return _module(target, declared, [text.replace("define internal", "define dso_local")]), symbols
 
 
-_HEAD = re.compile(r"(?m)^define internal (.*\)) .*\{$")
-"""A function of `_called`: its type, name and arguments."""
-
-
-def _called(target: Target, moves: bool = True, turns: bool = True) -> tuple[set[str], str]:
+def _callees(target: Target, moves: bool = True, turns: bool = True) -> tuple[set[str], str]:
     """Declarations and text of what moves rows, and of what reduces huge angles."""
     huge, declared = huge_function(target.fma, "#0") if turns else ("", set[str]())
     return declared, (movers(target.lanes, "#0", target.triple) if moves else "") + huge

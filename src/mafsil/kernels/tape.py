@@ -166,9 +166,9 @@ class _Reader:
     def __init__(self, function: Function) -> None:
         self.function = function
         self.nodes: list[Node] = [Node("const", (), 0.0)]
-        self.place: dict[int, int] = {}
+        self.place: dict[Value, int] = {}
         self.ports = {
-            id(symbol): (port, element)
+            symbol: (port, element)
             for port, x in enumerate(function.inputs)
             for element, symbol in enumerate(x.entries)
         }
@@ -177,17 +177,19 @@ class _Reader:
         """All nodes, operands first."""
         place = self.place
         for index, node in enumerate(self.function.order):
-            place[id(node)] = self._value(node, index)
-        outputs = tuple(tuple(place[id(node)] for node in x.entries) for x in self.function.outputs)
+            place[node] = self._value(node, index)
+        outputs = tuple(tuple(place[node] for node in x.entries) for x in self.function.outputs)
         return Tape(tuple(self.nodes), tuple(len(x.entries) for x in self.function.inputs), outputs)
 
     def _value(self, node: Value, index: int) -> int:
         op = node.op
+        if op in BINARY:
+            return self._add(Node(op, (self.place[node.a], self.place[node.b])))
         if op == "const":
             return self._add(Node("const", (), node.value))
         if op == "symbol":
-            return self._add(Node("input", self.ports[id(node)]))
-        a = self.place[id(node.a)]
+            return self._add(Node("input", self.ports[node]))
+        a = self.place[node.a]
         if op == "sq":
             return self._add(Node("mul", (a, a)))
         if op == "twice":
@@ -196,8 +198,6 @@ class _Reader:
             return self._add(Node("div", (self._add(Node("const", (), 1.0)), a)))
         if op in UNARY:
             return self._add(Node(op, (a,)))
-        if op in BINARY:
-            return self._add(Node(op, (a, self.place[id(node.b)])))
         raise KernelError("kernels.operation", function=self.function.name, operation=op, index=index)
 
     def _add(self, node: Node) -> int:
