@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil import collision
+from mafsil import collision, threads
 from mafsil.collision import Box, Checker, Obstacle, Plane, SkipReason, Sphere
 from mafsil.collision.pairs import mesh_vertices
 from mafsil.collision.status import CheckStatus
@@ -326,3 +326,20 @@ def test_tables_of_fewer_pairs_are_those_of_an_arm_that_knows_nothing_yet():
         np.testing.assert_array_equal(known, new)
     assert fewer._nearest_in_cells is ur5.laid._nearest_in_cells
     assert 0 < len(fresh._nearest_in_cells) < len(fewer._nearest_in_cells)
+
+
+@pytest.mark.capability("11-39")
+def test_batches_on_two_threads_and_single_states_are_those_of_one_thread(tmp_path, monkeypatch):
+    checker = Checker(arm(tmp_path), scene(2))
+    q = checker.random_configurations(3000)
+    monkeypatch.setenv(threads.THREADS_VARIABLE, "1")
+    verdicts, near = checker.in_collision(q), checker.distance(q)
+    monkeypatch.setenv(threads.THREADS_VARIABLE, "2")
+    np.testing.assert_array_equal(checker.in_collision(q), verdicts)
+    np.testing.assert_array_equal(checker.distance(q).gradient, near.gradient)
+    for row, verdict in zip(q[:200], verdicts, strict=False):
+        assert checker.in_collision(row) == verdict
+        assert checker.free(row) != verdict
+    for wrong in (np.nan, np.inf):
+        with pytest.raises(mf.InputError, match="q"):
+            checker.free(np.where(np.arange(q.shape[1]) == 2, wrong, q[0]))

@@ -211,8 +211,11 @@ def require_near(name: str, array: Floats) -> Floats:
     Raises:
         InputError: one is.
     """
-    # Of one place NumPy spends ten times as long on it.
-    largest = max(map(abs, array.tolist())) if array.shape == (3,) else float(np.abs(array).max(initial=0.0))
+    if array.shape == (3,):  # On which NumPy spends ten times as long.
+        x, y, z = array.tolist()
+        largest = max(abs(x), abs(y), abs(z))
+    else:
+        largest = float(np.abs(array).max(initial=0.0))
     if largest > MOST_LENGTH:
         raise InputError("collision.far", name=name, value=largest, most=MOST_LENGTH)
     return array
