@@ -11,8 +11,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.ik.numerical.fast_search import search_of
-from mafsil.ik.numerical.records import LAST, NEAREST, SECOND
-from mafsil.ik.numerical.sample_loops import features_of, next_sample
+from mafsil.ik.numerical.records import LAST, NEAREST, SECOND, features_of, next_sample
 
 SEARCH = """
 import sys

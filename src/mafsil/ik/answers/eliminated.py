@@ -52,7 +52,7 @@ PATIENT = 24
 """The same beside folds, where each step may only halve the error."""
 WAYS: Floats = np.array([1e-3, 1e-2, 0.1, 0.3, 1.0, 2.0])
 """How far from a row beside a fold along the direction that moves least [rad]."""
-OFFSET_CHUNK = 512
+OFFSET_CHUNK = 256
 """Poses of an arm with an offset wrist that one thread takes at a time."""
 OFFSET_FEW = 16
 """Those that are not worth another thread: some 40 us."""

@@ -24,12 +24,16 @@ from mafsil.ik.answers.lists import Lists, exact_lists, moving_joints, refined_l
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_batch import redundant_batch
 from mafsil.ik.answers.refusal import beyond_reach, failed_step_of, out_of_plane, reached_places
-from mafsil.ik.answers.search_batch import is_search_only, search_batch
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.redundant.at_parameter import answer_at
-from mafsil.ik.redundant.eliminated_batch import counted_by_elimination, eliminated_batch
+from mafsil.ik.redundant.eliminated_batch import (
+    counted_by_elimination,
+    eliminated_batch,
+    is_search_only,
+    search_batch,
+)
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.ik.result import CODES, IKStatus, clean_poses
 from mafsil.ik.structure.closed_form import ClosedForm

@@ -138,7 +138,8 @@ def _dimensions(chain: Chain) -> tuple[Floats, Floats, bool]:
     origin: Floats = r1 + along[0] * e
     shoulder: Floats = r2 + along[1] * y
     plane: Floats = np.stack([n, np.cross(n, y)])
-    B: Floats = np.array([(y - cosine * e) / sine, n, e], dtype=np.float64)
+    forward: Floats = (y - cosine * e) / sine
+    B: Floats = np.stack([forward, n, e])
     elbow: Floats = plane @ (r3 - shoulder)
     k: Floats = plane @ z4
     sine_4, length = float(np.linalg.norm(k)), float(np.linalg.norm(elbow))

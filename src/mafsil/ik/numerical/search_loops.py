@@ -25,8 +25,8 @@ from mafsil.ik.numerical.records import (
     Plan,
     Search,
     Whole,
+    next_sample,
 )
-from mafsil.ik.numerical.sample_loops import next_sample
 from mafsil.kernels.loops import compiled
 from mafsil.kernels.loops.lanes import address, call_kernel
 

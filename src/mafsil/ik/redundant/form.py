@@ -18,11 +18,12 @@ from mafsil.errors import InputError
 from mafsil.ik.answers.setting import setting
 from mafsil.ik.chain import Chain, chain_of, moving_part
 from mafsil.ik.general import GeneralSix
-from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certify_intervals, programs, range_of
 from mafsil.ik.redundant.parametric_form import (
+    ArmAngleForm,
     ParametricForm,
     ParametricSolutions,
+    arm_angle_form,
     form_of_pattern,
     has_redundant_joints,
     parametric_form,
