@@ -5,7 +5,7 @@ _mafsil() {
         check-job) words='--program --json --lang --no-color --debug --help' ;;
         demo) words='--out --progress --open --json --lang --no-color --debug --help' ;;
         sweep) words='--simulate --progress --json --lang --no-color --debug --help' ;;
-        compare) words='--laws --planners --seeds --seconds --replay --log --out --progress --open --json --lang --no-color --debug --help control planners log' ;;
+        compare) words='--laws --planners --seeds --seconds --replay --log --better --out --progress --open --json --lang --no-color --debug --help control planners log' ;;
         diff) words='--json --lang --no-color --debug --help' ;;
         studio) words='--port --open --view --json --lang --no-color --debug --help' ;;
         list) words='--json --lang --no-color --debug --help' ;;

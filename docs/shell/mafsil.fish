@@ -46,6 +46,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from compare' -l seeds
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l seconds
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l replay
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l log
+complete -c mafsil -n '__fish_seen_subcommand_from compare' -l better
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l out
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l progress
 complete -c mafsil -n '__fish_seen_subcommand_from compare' -l open

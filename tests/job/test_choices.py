@@ -292,3 +292,49 @@ def test_a_sweep_over_true_and_false_shows_them(tmp_path, capsys):
     words = capsys.readouterr().out
     assert "glue = true" in words
     assert " false" in words
+
+
+GROUPS = """
+robot = "planar2r"
+[variables]
+again = true
+[[group.reach]]
+joints = [0.3, 0.4]
+[[group.reach]]
+if = { again = true }
+[[group.reach.then]]
+name = "far"
+joints = [0.5, 0.6]
+[[group.twice]]
+call = "reach"
+repeat = 2
+[[move]]
+call = "twice"
+[[move]]
+joints = [0.0, 0.1]
+"""
+
+
+def test_groups_are_made_where_they_are_called():
+    job = parse_job(GROUPS, "job.toml")
+    assert [move.joints for move in job.move if move.joints] == [(0.3, 0.4), (0.5, 0.6)] * 2 + [(0.0, 0.1)]
+    assert [move.name for move in job.move if move.name] == ["far", "far"]
+    plan = prepare(job, GROUPS, Path())[1]
+    assert [leg.kind for leg in plan.legs if leg.index >= 0] == ["joint", "if", "joint"] * 2 + ["joint"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "key"),
+    [
+        ('call = "reach"', 'call = "twice"', 13, "job.group_circle"),
+        ('call = "twice"', 'call = "nothing"', 16, "job.unknown_name"),
+        ('call = "twice"', 'call = "twice"\nwhile = { again = true }', None, "job.loop_endless"),
+        ("joints = [0.5, 0.6]", "joints = [0.5, 0.6]\npause = 1", None, "job.move_many"),
+        ("joints = [0.5, 0.6]", "joints = [0.5, 0.6]\nhold = 1", 12, "job.no_effect"),
+    ],
+)
+def test_wrong_groups_are_refused_with_their_line(old, new, line, key):
+    with pytest.raises(JobError) as caught:
+        parse_job(GROUPS.replace(old, new, 1), "job.toml")
+    assert caught.value.key == key
+    assert line is None or f"job.toml:{line}" in str(caught.value)

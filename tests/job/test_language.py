@@ -249,6 +249,8 @@ def test_every_length_of_a_job_is_known_as_one():
         "stiffness",
         "wrench",
         "tip_angular_speed",
+        "range",
+        "speed",
     }
     for kind in (*vars(description).values(), *vars(statements).values()):
         if not (isinstance(kind, type) and issubclass(kind, description.Part)) or kind is description.Noise:

@@ -20,7 +20,12 @@ from mafsil.job.solve import prepare
 from tests.sizes import few
 
 ROBOTS = ("ur5e", "ur10e", "puma560", "panda", "iiwa7", "stanford_arm")
-CAUSES = {"none": set(), "payload": {"job.log_payload"}, "friction": {"job.log_friction"}, "sign": {"job.log_sign"}}
+CAUSES: dict[str, set[str]] = {
+    "none": set(),
+    "payload": {"job.log_payload"},
+    "friction": {"job.log_friction"},
+    "sign": {"job.log_sign"},
+}
 
 
 def job_of(robot):
@@ -307,3 +312,31 @@ def test_a_better_job_has_the_load_that_the_log_shows(tmp_path, capsys):
 )
 def test_a_key_is_changed_in_its_table_alone(text, expected):
     assert with_key(text, "limits", "jerk", "2").replace("2#", "2 #") == expected
+
+
+TEN_ROBOTS = (*ROBOTS, "ur3e", "ur5", "fr3", "cobra600")
+KINDS = ("none", "payload", "friction", "sign", "degrees", "lag", "zero", "gain", "delay", "noise")
+CANDID = {"job.log_unclear", "job.log_unknown", "job.log_missed"}
+
+
+def test_causes_of_a_hundred_logs_are_named_and_none_is_invented(tmp_path):
+    right, cases, path = 0, few(range(100), 14), tmp_path / "log.csv"
+    for case in cases:
+        rng, kind = np.random.default_rng(900 + case), KINDS[case // 10]
+        job, arm, plan = planned(TEN_ROBOTS[case % 10])
+        expected = {f"job.log_{kind}"} if kind not in ("none", "delay", "noise") else set()
+        if kind in ("lag", "zero", "gain"):
+            named = tracked_log(path, arm, plan, kind, rng)
+            expected = expected if named else set()
+        else:
+            begin, offset = rng.uniform(0.1, 0.9), rng.uniform(0.0, 3.0) if kind == "delay" else 0.0
+            log(path, arm, plan, kind, rng, begin=begin, offset=offset, degrees=kind == "degrees")
+        if kind == "noise":
+            table = np.loadtxt(path, delimiter=",", skiprows=1)
+            table[:, 1:] += rng.normal(size=table[:, 1:].shape) * np.repeat([2e-4, 0.3], arm.n)
+            heads = path.read_text().split("\n", 1)[0]
+            np.savetxt(path, table, delimiter=",", header=heads, comments="")
+        found = {one.key for one in compare_with_log(job, arm, plan, path).remarks}
+        assert not found - expected - CANDID, (case, kind, arm.name, found)
+        right += found - {"job.log_missed"} == expected
+    assert right >= 0.9 * len(cases)

@@ -249,3 +249,11 @@ def test_a_zone_before_a_goal_in_joints_is_judged_there():
     run = solve(parse_job(text), text, Path())
     assert run, run.explain("en")
     assert [one.goal for one in arrivals(run.job, run.plan, run.recording)] == ["joints"]
+
+
+@pytest.mark.parametrize(("place", "number"), [([0.45, 0.1, 0.14], 3), ([0.53, 0.2, 0.5], 2)])
+def test_a_collision_without_a_stop_is_said_of_the_move_under_way(place, number):
+    ball = f'[[obstacle]]\nname = "ball"\nsphere = 0.05\nposition = {place}\n'
+    said = refused(ZONES % ("panda", *STARTS["panda"]) + ball).explain("en")
+    assert said.startswith(f"move {number} "), said
+    assert "ball" in said

@@ -162,7 +162,8 @@ class Track(Part, frozen=True, kw_only=True):
 
     Attributes:
         direction: of a linear axis in {s}.
-        axis, point: of a turntable in {s}, upwards or as it is turned, and a point on it [m].
+        axis: of a turntable in {s}: it turns about it counter-clockwise.
+        point: on that axis [m].
         range: least and largest coordinate; at 0 the robot stands at the origin of {s} [m | rad, or degrees].
         speed, acceleration: largest [m/s, m/s^2 | rad/s, rad/s^2, or degrees]; as assumed for all joints if None.
     """

@@ -26,7 +26,7 @@ SHORTEST_DIRECTION = 1e-6
 """Length of a vector that is taken as a direction."""
 OF: dict[str, tuple[str, ...]] = {"tolerance": DIRECTIONS, "frame": DIRECTIONS, "angle": ("orientation",)}
 """Keys that say something of others."""
-ACTIONS = ("joints", "pose", "through", "pick", "place", "tool", "pause", "set", "wait", "do", "if")
+ACTIONS = ("joints", "pose", "through", "pick", "place", "tool", "pause", "set", "wait", "do", "call", "if")
 TIP_TOLERANCES = ("position", "orientation")
 JUDGED: dict[str, tuple[str, ...]] = {"joints": ("joints",), "pause": (), "tool": (), "set": (), "wait": ()}
 """By what the end of a move is judged, where not by the tip."""
@@ -45,6 +45,7 @@ EFFECTIVE = {
     "set": _ALL,
     "wait": (*_ALL, "timeout"),
     "do": ("each", "repeat", "while"),
+    "call": ("each", "repeat", "while"),
     "if": ("name", "then", "else"),
 }
 """Keys that do something next to each action; a tolerance has a sentence of its own."""
@@ -82,6 +83,8 @@ def _check_statement(move: Statement, path: Keys, data: dict[str, Any], error: C
         if name not in (*effective, *ACTIONS):
             known = ", ".join(effective)
             raise error("job.no_effect", (*path, name), action=given[0], known=known)
+    if move.call is not None and move.while_ and move.each is None and move.repeat is None:
+        raise error("job.loop_endless", path)
     if move.do is not None:
         _check_loop(move, path, data, error)
     elif move.if_:

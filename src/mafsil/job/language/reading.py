@@ -128,6 +128,8 @@ def _check(data: dict[str, Any], error: Complaint) -> JobFile:
         for each, placed in getattr(file, name).items():
             check_pose(placed, (name, each), data[name][each], error)
     check_statements(file.move, ("move",), data["move"], error)
+    for name, moves in file.group.items():
+        check_statements(moves, ("group", name), data["group"][name], error)
     check_tables(file, data, error)
     check_programs(file.other_robot, error)
     require_signals(file, error)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import msgspec
 
@@ -21,6 +21,8 @@ from mafsil.messages.visible import visible
 
 MOST_MOVES = 200_000
 """After all loops are unrolled."""
+Body: TypeAlias = tuple[tuple[Statement, ...], Keys]
+"""Statements, and where they stand in the file."""
 Named = TypeVar("Named")
 AnyMove = TypeVar("AnyMove", Move, OtherMove)
 
@@ -97,6 +99,7 @@ class _Resolver:
 
     def __init__(self, file: JobFile, frames: Frames, folder: Path, error: Complaint) -> None:
         self.file, self.frames, self.error, self.count = file, frames, error, 0
+        self.called: tuple[str, ...] = ()
         # 2
         unit = MILLIMETRE if file.lengths == "millimetres" else 1.0
         self.places = {
@@ -110,7 +113,10 @@ class _Resolver:
         for k, statement in enumerate(statements):
             here = (*path, k)
             if statement.do is not None:
-                yield from self.loop(statement, statement.do, here, frames, place)
+                yield from self.loop(statement, (statement.do, (*here, "do")), here, frames, place)
+                continue
+            if statement.call is not None:
+                yield from self.call(statement, statement.call, here, frames, place)
                 continue
             self.count += 1
             if self.count > MOST_MOVES:
@@ -127,11 +133,23 @@ class _Resolver:
             yield from past(ways[0], len(ways[1]))
             yield from ways[1]
 
+    def call(
+        self, statement: Statement, name: str, path: Keys, frames: Frames, place: str
+    ) -> Iterator[tuple[Move, Keys]]:
+        """Moves of a group, once or in rounds."""
+        inner = self.looked_up(name, self.file.group, "group", (*path, "call"))
+        if name in self.called:
+            circle = " -> ".join(map(visible, (*self.called, name)))
+            raise self.error("job.group_circle", (*path, "call"), circle=circle)
+        before, self.called = self.called, (*self.called, name)
+        yield from self.loop(statement, (inner, ("group", name)), path, frames, place)
+        self.called = before
+
     def loop(
-        self, statement: Statement, inner: tuple[Statement, ...], path: Keys, frames: Frames, place: str
+        self, statement: Statement, body: Body, path: Keys, frames: Frames, place: str
     ) -> Iterator[tuple[Move, Keys]]:
         """Moves of all rounds of a loop; with `while` each begins with a fork past all that is left."""
-        rounds = self.all_rounds(statement, inner, path, frames, place)
+        rounds = self.all_rounds(statement, body, path, frames, place)
         if not statement.while_:
             for moves in rounds:
                 yield from moves
@@ -145,13 +163,13 @@ class _Resolver:
             left -= len(moves) + 1
 
     def all_rounds(
-        self, statement: Statement, inner: tuple[Statement, ...], path: Keys, frames: Frames, place: str
+        self, statement: Statement, body: Body, path: Keys, frames: Frames, place: str
     ) -> Iterator[list[tuple[Move, Keys]]]:
         """Moves of each round of a loop."""
         for _ in range(statement.repeat or 1):
             for label, poses in self.rounds(statement, path):
                 both = " ".join(word for word in (place, label) if word)
-                yield list(self.unroll(inner, (*path, "do"), frames.inside(poses), both))
+                yield list(self.unroll(*body, frames.inside(poses), both))
 
     def rounds(self, statement: Statement, path: Keys) -> list[tuple[str, dict[str, PoseMatrix]]]:
         """Label and frames of each round of a loop; one without both of a plain one."""

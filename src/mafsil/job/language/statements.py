@@ -99,7 +99,7 @@ class Pattern(Placed, frozen=True, kw_only=True):
 
 
 class Statement(Step, frozen=True, kw_only=True, rename={"if_": "if", "else_": "else", "while_": "while"}):
-    """A move, a loop or a choice: exactly one of joints, pose, pick, place, tool, pause, set, wait, do and if.
+    """A move, a loop or a choice: exactly one of joints, pose, pick, place, tool, pause, set, wait, do, call and if.
 
     Attributes:
         joints: goal in joint coordinates, or the name of a configuration.
@@ -109,6 +109,7 @@ class Statement(Step, frozen=True, kw_only=True, rename={"if_": "if", "else_": "
         pick: what is taken, or the name of a part.
         constraints: what the tip keeps on the way.
         do: moves that are repeated.
+        call: name of a group, whose moves are made here, once or as `do` is.
         each: a pattern, or several of equally many places: `do` for each place, whose frame has the pattern's name.
         repeat: how often; with `while` at most.
         while_: tests of signals and variables, looked at before each round: where one does not hold, the loop ends.
@@ -124,6 +125,7 @@ class Statement(Step, frozen=True, kw_only=True, rename={"if_": "if", "else_": "
     pick: Grasp | str | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
     constraints: PlacedConstraints | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
     do: tuple[Statement, ...] | None = None
+    call: str | None = None
     each: str | tuple[str, ...] | None = None
     repeat: Count | None = None
     while_: dict[str, Test] = msgspec.field(default_factory=dict[str, Test])
@@ -198,6 +200,7 @@ class JobFile(Head, frozen=True, kw_only=True):
         configuration: joint coordinates by name.
         pattern: places by name.
         part: what can be picked, by name.
+        group: moves that are made where a move calls them, by name.
         obstacle: what stands around the arm.
         other_robot: robots beside it.
         move: what it does.
@@ -209,6 +212,7 @@ class JobFile(Head, frozen=True, kw_only=True):
     configuration: dict[str, tuple[float, ...]] = msgspec.field(default_factory=dict[str, tuple[float, ...]])
     pattern: dict[str, Pattern] = msgspec.field(default_factory=dict[str, Pattern])
     part: dict[str, LyingPart] = msgspec.field(default_factory=dict[str, LyingPart])
+    group: dict[str, tuple[Statement, ...]] = msgspec.field(default_factory=dict[str, tuple[Statement, ...]])
     obstacle: tuple[PlacedObstacle, ...] = ()
     other_robot: tuple[OtherProgram, ...] = ()
     move: tuple[Statement, ...]

@@ -5,7 +5,7 @@ Moves of a job by which arm and cell talk: outputs, waits, and choices by what s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -29,7 +29,7 @@ from mafsil.job.planning.rounded_moves import RoundedMoves
 from mafsil.job.planning.searching import search_remarks, stop_by_force, stop_by_signal
 from mafsil.job.planning.tip_frames import TipFrames
 from mafsil.job.planning.tip_moves import TipMoves
-from mafsil.job.planning.walk import Walk
+from mafsil.job.planning.walk import Walk, corner_rows
 from mafsil.job.remark import Refusal, Refused, Remark, said_of
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
@@ -285,7 +285,10 @@ class SignalMoves:
         walk, leg = self.walk, self.walk.legs[-1]
         start, t = walk.past - leg.trajectory.duration, np.linspace(0.0, leg.trajectory.duration, PATH_SAMPLES)
         tips = np.asarray(walk.robot.forward_kinematics(leg.trajectory.at(t).u))
-        corners = [0, *_corners(tips, walk.targets(first, last, leg.trajectory.at(0.0).u)[:-1] if first < last else [])]
+        corners = [
+            0,
+            *corner_rows(tips, walk.targets(first, last, leg.trajectory.at(0.0).u)[:-1] if first < last else []),
+        ]
         corners.append(len(t) - 1)
         found: list[tuple[float, dict[str, SignalValue]]] = []
         for index, (low, high) in zip(range(first, last + 1), pairwise(corners), strict=True):
@@ -374,15 +377,6 @@ class SignalMoves:
             elif ways == {True} and fork.other:
                 found.append(Remark("good", "job.else_never", details))
         return found
-
-
-def _corners(tips: PoseMatrix, targets: Sequence[PoseMatrix]) -> list[int]:
-    """Rows of a tip's path that pass rounded corners, one after the other."""
-    found = [0]
-    for target in targets:
-        away = np.linalg.norm(tips[found[-1] :, :3, 3] - target[:3, 3], axis=1)
-        found.append(found[-1] + int(away.argmin()))
-    return found[1:]
 
 
 def _moment(output: PathOutput, t: Floats, way: Floats) -> float | None:

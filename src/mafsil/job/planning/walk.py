@@ -32,6 +32,9 @@ from mafsil.robot import Robot
 from mafsil.simulation.stored_arrays import KINEMATIC
 from mafsil.trajectory import MotionLimits, Trajectory
 
+CORNER_SAMPLES = 513
+"""Moments of moves without a stop between at which is looked which of them is under way."""
+
 
 class Walk:
     """Where the robot is after the moves planned so far, and what it carries.
@@ -239,19 +242,30 @@ class Walk:
         own = self.job.move[index].avoid
         return (self.surroundings is not None and self.surroundings.rule.avoid) if own is None else own
 
-    def require_free(self, index: int, kind: str, trajectory: Trajectory, clearance: float) -> None:
-        """A motion that meets something is refused, with the place and what helps."""
+    def require_free(
+        self, index: int, kind: str, trajectory: Trajectory, clearance: float, first: int | None = None
+    ) -> None:
+        """A motion, of moves from `first` on, that meets something is refused, with the place and what helps."""
         if self.surroundings is None:
             return
         parts = self.parts_in_the_way(index, trajectory.at(trajectory.duration).u)
         hit = self.surroundings.first_hit(trajectory, self.load, clearance, parts)
         if hit is None:
             return
+        if first is not None:
+            index = self._move_at(first, index, trajectory, hit.time)
         move = self.job.move[index]
         avoidable = kind == "joint" and not self.avoids(index) and not move.via and move.constraints is None
         key = "job.meets_avoidable" if avoidable else "job.meets"
         contact = said_of(hit.contact, clearance)
         raise Refused(key, move=self.where(index), time=quantity(hit.time, "s"), contact=contact)
+
+    def _move_at(self, first: int, last: int, trajectory: Trajectory, time: float) -> int:
+        """Which of the moves without a stop between is under way at a time of their motion [s]."""
+        t = np.linspace(0.0, trajectory.duration, CORNER_SAMPLES)
+        tips = np.asarray(self.robot.forward_kinematics(trajectory.at(t).u))
+        corners = corner_rows(tips, self.targets(first, last, trajectory.at(0.0).u)[:-1])
+        return first + sum(bool(t[row] < time) for row in corners)
 
     def append(
         self,
@@ -285,7 +299,7 @@ class Walk:
         )  # fmt: skip
         self.past += trajectory.duration
         if moves:
-            self.require_free(index, kind, trajectory, kept)
+            self.require_free(index, kind, trajectory, kept, first)
             if kind == "joint" and not frame:
                 self.remarks += long_way(self.robot, trajectory, way is not None, self.where(index))
             self.tight += near_limits(self.robot, trajectory, self.where(index))
@@ -293,3 +307,17 @@ class Walk:
             if left is not None and (around is None or around.is_free(end, self.load, kept, (left,))):
                 self.parts.left = None
         self.q = end
+
+
+def corner_rows(tips: PoseMatrix, targets: Sequence[PoseMatrix]) -> list[int]:
+    """Rows of a tip's path that pass rounded corners, one after the other.
+
+    Args:
+        tips: (k, 4, 4) of the tip.
+        targets: (4, 4) corners, in their order.
+    """
+    found = [0]
+    for target in targets:
+        away = np.linalg.norm(tips[found[-1] :, :3, 3] - target[:3, 3], axis=1)
+        found.append(found[-1] + int(away.argmin()))
+    return found[1:]
