@@ -274,16 +274,17 @@ def spread(name: str, value: ArrayLike, shape: tuple[int, ...], *, finite: bool 
         raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="") from None
 
 
-def radians(name: str, value: ArrayLike, *, degrees: bool = False) -> Floats:
+def radians(name: str, value: ArrayLike, *, degrees: bool = False, places: bool = False) -> Floats:
     """Angles in radians as an array; whole numbers of which one is more than a turn are remarked on.
 
     Args:
         name: the argument's name, for the remark.
         value: what the user gave.
         degrees: it is in degrees.
+        places: they say where parts stand on a circle, which no part does beyond a turn: refuse instead.
 
     Raises:
-        InputError: not real numbers.
+        InputError: not real numbers, or places that can only be in degrees.
 
     Warns:
         InputWarning: they look like degrees.
@@ -293,6 +294,8 @@ def radians(name: str, value: ArrayLike, *, degrees: bool = False) -> Floats:
         return np.radians(array)
     beyond = np.abs(array) > TURN
     if beyond.any() and (array[np.isfinite(array)] % 1.0 == 0.0).all():
+        if places:
+            raise InputError("input.degrees", name=name, value=float(array[beyond][0]))
         warn(InputWarning("input.degrees", name=name, value=float(array[beyond][0])))
     return array
 

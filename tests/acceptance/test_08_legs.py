@@ -137,7 +137,7 @@ def test_general_five_five_five():
     case = CASES["ch08-109-general-5R-5R-5R"]
     expected = case["expected"]
     screws = [
-        np.stack([screw.from_axis(w, q) for w, q in zip(axes, points, strict=True)], axis=1)
+        np.stack([screw.from_axis(w, q) for w, q in zip(axes, points, strict=True)])
         for axes, points in zip(case["axis_directions"], case["axis_points"], strict=True)
     ]
     robot = pa.LegMechanism(pa.legs_from_screws(screws, pose.from_translation([0, 0, 1.2])), (0, 5, 10))

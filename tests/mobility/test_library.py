@@ -170,3 +170,10 @@ def test_every_mechanism_has_a_name_in_both_languages():
     assert spoken_name("chain of 12", "ar").endswith("12")
     assert spoken_name("my gripper 3 of 4", "ar") == "my gripper 3 of 4"
     assert spoken_name("") == "-"
+
+
+@pytest.mark.parametrize("name", ["sarrus", "kaleidocycle", "spherical_four_bar", "watt", "stephenson", "peaucellier"])
+def test_what_moves_has_a_motor(name):
+    drawn = library.linkage(name)
+    assert sum(each.actuated for each in drawn.joints) == 1
+    assert mo.linkages.turn_crank(drawn, rows=8).angle.size

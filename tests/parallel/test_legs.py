@@ -272,7 +272,7 @@ def test_what_is_singular_does_not_depend_on_units(size):
         ),
     )
     for metres, scaled, at in cases:
-        slides = np.concatenate([np.linalg.norm(leg.screws[:3], axis=0) == 0 for leg in metres.legs])
+        slides = np.concatenate([np.linalg.norm(leg.screws[:, :3], axis=1) == 0 for leg in metres.legs])
         found, other = metres.singularity(at), scaled.singularity(np.where(slides, size, 1.0) * at)
         assert (found.status, found.rank) == (other.status, other.rank)
     some = pa.leg_forward(pa.three_rps(1.0, 0.5, 1.0), [[0.1, -0.05, 0.15], [5.0, -1.0, 0.0]])
@@ -289,6 +289,8 @@ def test_wrong_input_is_refused():
         pa.LegMechanism(legs.legs[:1], (0,))
     with pytest.raises(InputError, match="screws"):
         pa.Leg(np.zeros((5, 3)), np.eye(4))
+    with pytest.raises(InputError, match="transpose"):
+        pa.Leg(np.zeros((6, 3)), np.eye(4))
     with pytest.raises(InputError, match="q_driven"):
         pa.leg_forward(legs, [np.nan, 0, 0])
     with pytest.raises(InputError, match="lengths"):
@@ -320,7 +322,7 @@ def test_the_rank_of_most_configurations_is_found():
     screws: list[np.ndarray] = []
     for a, b in zip(places, tops, strict=True):
         along = np.subtract(b, a) / np.linalg.norm(np.subtract(b, a))
-        screws.append(np.stack([[0, 0, 1, a[1], -a[0], 0], [0, 0, 0, *along], [0, 0, 1, b[1], -b[0], 0]], axis=1))
+        screws.append(np.stack([[0, 0, 1, a[1], -a[0], 0], [0, 0, 0, *along], [0, 0, 1, b[1], -b[0], 0]]))
     planar = pa.LegMechanism(pa.legs_from_screws(screws, pose.from_translation([0.5, 1, 0])), (1, 4, 7))
     assert planar.generic_rank(np.zeros(9)) == 6
     assert planar.singularity(np.zeros(9))

@@ -88,6 +88,9 @@ T = UR5E.forward_kinematics(Q)
 FAR = np.block([[T[:3, :3], 1000.0 * T[:3, 3:]], [np.zeros(3), 1.0]])
 DEGREES, NO_MOTION = [10, -60, 60, 10, 20, 30], trajectory.profiles.rest([0.0, 0.0], 1.0)
 FIRST_HOUR = {
+    "base_angles: -15 rad is more than a whole turn": lambda: mf.parallel.StewartPlatform.on_circles(
+        1, 0.6, [-15, 15, 105, 135, 225, 255], [0, 1, 2, 3, 4, 5]
+    ),
     "write robot.fk(q)": lambda: UR5E.fkine(Q),
     'expressed_in="aligned")': lambda: UR5E.jacob0(Q),
     "robot.ik(T, q0) for the nearest": lambda: UR5E.ikine_LM(T),
@@ -156,9 +159,10 @@ REMARKS = {
     "q0: -60 rad at joint 'shoulder_lift_joint'": lambda robot: mf.solve_ik(robot, T, q0=DEGREES),
     "q0: -60 rad": lambda robot: mf.inverse_kinematics(robot, T, q0=DEGREES),
     "q: -60 rad": lambda robot: robot.forward_kinematics(DEGREES),
-    "base_angles: -15 rad is more than a whole turn": lambda robot: mf.parallel.StewartPlatform.on_circles(
-        1, 0.6, [-15, 15, 105, 135, 225, 255], [0, 1, 2, 3, 4, 5]
-    ),
+    "inputs: 20 rad": lambda robot: mf.mobility.synthesise_function([20, 40, 60], [30, 45, 70]),
+    "poses: 17 rad": lambda robot: mf.mobility.synthesise_motion([[0, 0, 0], [1, 1, 17], [2, 2.5, 46]]),
+    "theta_1: 90 rad": lambda robot: mf.mobility.FourBar(2, 4, 3.5, 4.5).positions(90),
+    "q: 30 rad": lambda robot: mf.parallel.DeltaRobot(0.3, 0.1, 0.3, 0.8).forward_kinematics([30, 30, 30]),
     "rpy: 90 rad": lambda robot: mf.Rotation.from_rpy([0, 0, 90]),
     "tool: 150 m is implausibly long": lambda robot: robot.with_tool([0, 0, 150]),
     "the start is outside the joint limits: shoulder_pan_joint at 8": lambda robot: mf.simulate(

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Booleans, Floats, as_batch, positive, single
+from mafsil.arrays import Booleans, Floats, as_batch, positive, radians, single
 from mafsil.errors import InputError, InputWarning, warn
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
@@ -189,7 +189,7 @@ class FourBar:
 
     def positions(self, theta_1: ArrayLike) -> FourBarPositions:
         """Both assembly modes at angles of the crank (*batch,) [rad]."""
-        angle = finite_numbers("theta_1", theta_1)
+        angle = radians("theta_1", finite_numbers("theta_1", theta_1))
         L2, L3, D = self.coupler, self.rocker, np.array([self.ground, 0.0])
         B = self._crank_end(angle)
         way = np.linalg.norm(D - B, axis=-1)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Booleans, Floats, number, positive
+from mafsil.arrays import Booleans, Floats, number, positive, radians
 from mafsil.mobility.four_bar import least_positive, require_reached
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.linkage_joint import joint
@@ -98,7 +98,7 @@ class SliderCrank:
 
         x = r cos theta +- sqrt(l^2 - (r sin theta - e)^2)
         """
-        angle = finite_numbers("theta", theta)
+        angle = radians("theta", finite_numbers("theta", theta))
         rise = self.crank * np.sin(angle) - self.offset
         reaches = (self.rod - rise) * (self.rod + rise) > -TOUCHING * max(self.rod, self.crank) ** 2
         missing = np.where(reaches, 0.0, np.abs(rise) - self.rod)

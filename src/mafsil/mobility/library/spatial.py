@@ -63,7 +63,8 @@ def sarrus(width: float = 1.0, height: float = 1.6, knee: float = 0.6) -> Linkag
         places = [width * u, (width + knee) * u + height / 2 * z, width * u + height * z]
         names = ["ground", f"lower{k}", f"upper{k}", "platform"]
         joints += [
-            joint(f"{n}{k}", "R", names[i : i + 2], p, axis) for i, (n, p) in enumerate(zip("ABC", places, strict=True))
+            joint(f"{n}{k}", "R", names[i : i + 2], p, axis, actuated=n == "A" and not k)
+            for i, (n, p) in enumerate(zip("ABC", places, strict=True))
         ]
     return Linkage.of(joints, name="Sarrus linkage", output="platform")
 
@@ -84,7 +85,7 @@ def kaleidocycle(radius: float = 1.0) -> Linkage:
         sign = 1 if k % 2 == 0 else -1
         axis = np.cos(tilt) * out + sign * np.sin(tilt) * np.array([0, 0, 1.0])
         place = radius * out + (0 if k % 2 == 0 else radius / np.sqrt(2)) * np.array([0, 0, 1.0])
-        joints.append(joint(f"J{k + 1}", "R", names[k : k + 2], place, axis))
+        joints.append(joint(f"J{k + 1}", "R", names[k : k + 2], place, axis, actuated=not k))
     return Linkage.of(joints, name="Bricard kaleidocycle", output="link 3")
 
 
@@ -98,7 +99,7 @@ def spherical_four_bar(
     """
     names = ("ground", "crank", "coupler", "rocker", "ground")
     directions = zip("ABCD", single("axes", axes, (4, 3)), strict=True)
-    joints = [joint(n, "R", names[k : k + 2], [0, 0, 0], w) for k, (n, w) in enumerate(directions)]
+    joints = [joint(n, "R", names[k : k + 2], [0, 0, 0], w, actuated=not k) for k, (n, w) in enumerate(directions)]
     return Linkage.of(joints, name="spherical four-bar", output="coupler")
 
 

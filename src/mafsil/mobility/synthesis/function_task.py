@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, single, whole
+from mafsil.arrays import Floats, positive, radians, real_array, require_finite, require_function, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.spaces.planar_positions import wrap_angle
@@ -98,6 +98,7 @@ class FunctionTask:
         require_function("function", self.function, "function f(x)", 1)
         for name in ("interval", "inputs", "outputs"):
             pair = single(name, getattr(self, name), (2,))
+            pair = pair if name == "interval" else radians(name, pair)
             if pair[0] == pair[1]:
                 raise InputError("synthesis.empty_range", name=name, value=float(pair[0]))
             object.__setattr__(self, name, (float(pair[0]), float(pair[1])))
@@ -220,7 +221,8 @@ def angle_pairs(inputs: ArrayLike, outputs: ArrayLike) -> tuple[Floats, Floats]:
     theta = real_array("inputs", inputs)
     if theta.ndim != 1 or not 3 <= len(theta) <= 5:
         raise InputError("synthesis.angle_count", got=theta.shape, least=3, most=5)
-    theta, phi = single("inputs", inputs, theta.shape), single("outputs", outputs, theta.shape)
+    theta = radians("inputs", single("inputs", inputs, theta.shape))
+    phi = radians("outputs", single("outputs", outputs, theta.shape))
     for k in range(len(theta)):
         same = np.flatnonzero(np.abs(wrap_angle(theta[:k] - theta[k])) <= SAME_POSE)
         if len(same):

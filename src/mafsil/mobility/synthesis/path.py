@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, positive, single, whole
+from mafsil.arrays import Floats, as_batch, positive, radians, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
@@ -66,7 +66,7 @@ def synthesise_path(
     near = FIT * float(spread(as_complex(z))) if tolerance is None else positive("tolerance", tolerance)
     if timing is None:
         return _fit(z, None, samples, near, limits)
-    angles = single("timing", timing, (len(z),))
+    angles = radians("timing", single("timing", timing, (len(z),)))
     require_apart(angles)
     return _fit(z, angles, samples, near, limits) if len(z) > 5 else _exact(z, angles, samples, limits)
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, as_batch
+from mafsil.arrays import Floats, as_batch, radians
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import wrap_angle
@@ -69,6 +69,7 @@ def checked_poses(poses: ArrayLike, least: int, most: int) -> Floats:
     given = as_batch("poses", poses, (3,), finite=True)
     if given.ndim < 2 or not least <= given.shape[-2] <= most:
         raise InputError("synthesis.pose_count", got=given.shape, least=least, most=most)
+    radians("poses", given[..., 2])
     size = np.maximum(spread(as_complex(given[..., :2])), LEAST_DIVISOR)
     for first in range(given.shape[-2]):
         for second in range(first):

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, number, positive, single, whole
+from mafsil.arrays import Floats, number, positive, radians, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
@@ -109,7 +109,7 @@ def synthesise_six_bar_path(
     Raises:
         InputError: not five points, timing of another length, two equal points or angles, an unknown form.
     """
-    z, angles = checked_points(points, FIVE, FIVE), single("timing", timing, (FIVE,))
+    z, angles = checked_points(points, FIVE, FIVE), radians("timing", single("timing", timing, (FIVE,)))
     require_apart(angles)
     base = {"stephenson": GROUND, "watt": CRANK}.get(_form(form), GROUND)
     task, T = np.column_stack([z, angles]), as_complex(z)

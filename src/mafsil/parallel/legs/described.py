@@ -90,7 +90,7 @@ def mechanism_of_legs(drawn: LegMechanism, name: str, driven: Limits) -> Mechani
     T_platform = np.eye(4)
     for i, leg in enumerate(drawn.legs, start=1):
         parent, T_parent = "base", np.eye(4)
-        for k, S in enumerate(leg.screws.T, start=1):
+        for k, S in enumerate(leg.screws, start=1):
             kind, direction, pitch = kind_of_screw(S)
             T = frame_on_screw(S, kind, direction, pitch, T_parent[:3, 3])
             last, moved = k == leg.n, count in drawn.driven

@@ -307,7 +307,7 @@ def leg_branches(mechanism: LegMechanism, T: ArrayLike, starts: int = 100, seed:
 
 def _turns(mechanism: LegMechanism) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     """(n,) whether a coordinate is an angle."""
-    turns = [np.linalg.norm(leg.screws[:3], axis=0) > 0 for leg in mechanism.legs]
+    turns = [np.linalg.norm(leg.screws[:, :3], axis=1) > 0 for leg in mechanism.legs]
     return np.asarray(np.concatenate(turns), dtype=np.bool_)
 
 

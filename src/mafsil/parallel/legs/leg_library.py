@@ -55,9 +55,9 @@ def stewart_legs(robot: StewartPlatform, T: ArrayLike, foot: str = "U") -> LegMe
         least: Floats = np.eye(3)[int(np.abs(u).argmin())]
         first = _unit(np.cross(u, least))
         feet = ball(a) if foot == "S" else [hinge_screw(first, a), hinge_screw(np.cross(u, first), a)]
-        screws.append(np.stack([*feet, slider_screw(u), *ball(a + d)], axis=1))
+        screws.append(np.stack([*feet, slider_screw(u), *ball(a + d)]))
     slider = 3 if foot == "S" else 2
-    n = screws[0].shape[1]
+    n = len(screws[0])
     return LegMechanism(legs_from_screws(screws, T), tuple(slider + n * k for k in range(6)))
 
 
@@ -69,7 +69,7 @@ def three_rps(base: float, platform: float, height: float) -> LegMechanism:
         u = np.array([np.cos(angle), np.sin(angle), 0.0])
         t = np.array([-np.sin(angle), np.cos(angle), 0.0])
         A, B = rb * u, rp * u + [0.0, 0.0, h]
-        screws.append(np.stack([hinge_screw(t, A), slider_screw(_unit(B - A)), *ball(B)], axis=1))
+        screws.append(np.stack([hinge_screw(t, A), slider_screw(_unit(B - A)), *ball(B)]))
     return LegMechanism(legs_from_screws(screws, pose.from_translation([0.0, 0.0, h])), (1, 6, 11))
 
 
@@ -89,7 +89,7 @@ def delta_legs(robot: DeltaRobot, q: float) -> LegMechanism:
         E = A + robot.arm * (np.cos(q) * u - np.sin(q) * np.array([0.0, 0.0, 1.0]))
         C = p + robot.platform * u
         n = np.cross(t, _unit(C - E))
-        screws.append(np.stack([hinge_screw(w, at) for w, at in ((t, A), (t, E), (n, E), (n, C), (t, C))], axis=1))
+        screws.append(np.stack([hinge_screw(w, at) for w, at in ((t, A), (t, E), (n, E), (n, C), (t, C))]))
     return LegMechanism(legs_from_screws(screws, pose.from_translation(p)), (0, 5, 10))
 
 
@@ -100,7 +100,7 @@ def eclipse_legs(robot: Eclipse, T: ArrayLike) -> LegMechanism:
     z = np.array([0.0, 0.0, 1.0])
     for (gamma, _), foot, B in zip(found, robot.feet(T), robot.platform_joints(T), strict=True):
         t = np.array([-np.sin(gamma), np.cos(gamma), 0.0])
-        screws.append(np.stack([hinge_screw(z, np.zeros(3)), slider_screw(z), hinge_screw(t, foot), *ball(B)], axis=1))
+        screws.append(np.stack([hinge_screw(z, np.zeros(3)), slider_screw(z), hinge_screw(t, foot), *ball(B)]))
     return LegMechanism(legs_from_screws(screws, T), (0, 1, 6, 7, 12, 13))
 
 
@@ -127,7 +127,7 @@ def three_upu(base: float, platform: float, height: float, axes: str = "radial")
             hinge_screw(inner, B),
             hinge_screw(outer, B),
         ]
-        screws.append(np.stack(both, axis=1))
+        screws.append(np.stack(both))
     return LegMechanism(legs_from_screws(screws, pose.from_translation([0.0, 0.0, h])), (2, 7, 12))
 
 
@@ -150,7 +150,7 @@ def rod_legs(robot: RodRobot) -> LegMechanism:
         screws[0] = screws[0][:-1]
     slider = 0 if robot.drive is not LegDrive.EXTEND else 1 if robot.is_flat else 2
     first = np.cumsum([0, *(len(each) for each in screws[:-1])])
-    legs = legs_from_screws([np.stack(each, axis=1) for each in screws], T)
+    legs = legs_from_screws([np.stack(each) for each in screws], T)
     return LegMechanism(legs, tuple(int(k) + slider for k in first))
 
 
@@ -206,5 +206,5 @@ def spherical_legs(robot: SphericalPlatform) -> LegMechanism:
     A, _ = robot.motor_matrices(R, np.zeros((len(R), 3)))
     R = R[int(np.argmax(np.round(np.linalg.svd(A, compute_uv=False)[:, -1], 6)))]
     axes = np.stack([robot.motors, robot.elbows(np.zeros(3))[0], robot.platform @ R.T], axis=1)
-    screws = [np.stack([hinge_screw(w, np.zeros(3)) for w in leg], axis=1) for leg in axes]
+    screws = [np.stack([hinge_screw(w, np.zeros(3)) for w in leg]) for leg in axes]
     return LegMechanism(legs_from_screws(screws, pose.from_rotation_translation(R, np.zeros(3))), (0, 3, 6))

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, frozen, real_array, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
+from mafsil.messages import say
 from mafsil.parallel.closure import DrivenRates, driven_rates
 from mafsil.parallel.loop_singularity import LoopSingularities, choose_actuators, loop_singularities, require_closed
 from mafsil.parallel.tolerances import FEASIBLE, RANK
@@ -32,7 +33,7 @@ class Leg:
     """An open chain from the base to the platform.
 
     Attributes:
-        screws: (6, n) of its joints in {s}, where it is drawn.
+        screws: (n, 6) of its joints in {s}, where it is drawn: a row for each, as `Robot.from_screws` takes them.
         home: (4, 4) pose of the platform at zero coordinates.
     """
 
@@ -41,15 +42,16 @@ class Leg:
 
     def __post_init__(self) -> None:
         S = real_array("screws", self.screws)
-        if S.ndim != 2 or S.shape[0] != 6 or not S.shape[1] or not np.isfinite(S).all():
-            raise InputError("input.shape", name="screws", expected="(6, n)", got=S.shape, hint="")
+        if S.ndim != 2 or S.shape[1] != 6 or not len(S) or not np.isfinite(S).all():
+            hint = "; " + say("parallel.rows_of_screws") if S.ndim == 2 and len(S) == 6 else ""
+            raise InputError("input.shape", name="screws", expected="(n, 6)", got=S.shape, hint=hint)
         object.__setattr__(self, "screws", frozen(S))
         object.__setattr__(self, "home", frozen(single("home", pose.check(self.home, "home"), (4, 4))))
 
     @property
     def n(self) -> int:
         """Number of joints of one freedom."""
-        return self.screws.shape[1]
+        return len(self.screws)
 
     def pose(self, q: ArrayLike) -> Floats:
         """(*batch, 4, 4) of the platform at coordinates (*batch, n)."""
@@ -64,8 +66,8 @@ class Leg:
         T = np.broadcast_to(np.eye(4), (*value.shape[:-1], 4, 4))
         columns: list[Floats] = []
         for k in range(self.n):
-            columns.append(np.einsum("...ij,j->...i", pose.adjoint(T), self.screws[:, k]))
-            T = T @ pose.exp(self.screws[:, k] * value[..., k, None])
+            columns.append(np.einsum("...ij,j->...i", pose.adjoint(T), self.screws[k]))
+            T = T @ pose.exp(self.screws[k] * value[..., k, None])
         return np.stack(columns, axis=-1), T @ self.home
 
 
@@ -116,9 +118,9 @@ class LegMechanism:
         """Largest distance of an axis of rotation from the origin, or of the platform [m]."""
         far = [float(np.linalg.norm(leg.home[:3, 3])) for leg in self.legs]
         for leg in self.legs:
-            w, v = leg.screws[:3], leg.screws[3:]
-            turns = np.linalg.norm(w, axis=0) > 0
-            far += np.linalg.norm(np.cross(w[:, turns], v[:, turns], axis=0), axis=0).tolist()
+            w, v = leg.screws[:, :3], leg.screws[:, 3:]
+            turns = np.linalg.norm(w, axis=1) > 0
+            far += np.linalg.norm(np.cross(w[turns], v[turns]), axis=1).tolist()
         return max(far, default=1.0) or 1.0
 
     def with_driven(self, *driven: int) -> LegMechanism:
@@ -236,7 +238,7 @@ class LegMechanism:
     @cached_property
     def _units(self) -> Floats:
         """(n,) one for angles, the size for slides."""
-        slides = np.concatenate([np.linalg.norm(leg.screws[:3], axis=0) == 0 for leg in self.legs])
+        slides = np.concatenate([np.linalg.norm(leg.screws[:, :3], axis=1) == 0 for leg in self.legs])
         return np.where(slides, self.size, 1.0)
 
     def singularity(self, q: ArrayLike, full_rank: int | None = None) -> LoopSingularities:
@@ -306,6 +308,6 @@ def _bent(J: Floats) -> Floats:
 
 
 def legs_from_screws(screws: Sequence[ArrayLike], home: ArrayLike) -> tuple[Leg, ...]:
-    """Legs that are drawn in one pose of the platform (4, 4), by their screws (6, n_i)."""
+    """Legs that are drawn in one pose of the platform (4, 4), by their screws (n_i, 6), a row for each joint."""
     T = real_array("home", home)
     return tuple(Leg(real_array("screws", each), T) for each in screws)

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, real_array, single, spread
+from mafsil.arrays import Floats, radians, real_array, single, spread
 from mafsil.errors import InputError
 from mafsil.parallel.legs.rod_robot import LegDrive, PlatformMotion, RodRobot
 from mafsil.parallel.planar.five_bar import FiveBar
@@ -158,7 +158,7 @@ def as_rod_robot(robot: OnRods) -> RodRobot:
 
 
 def _spokes(angles: ArrayLike, m: int) -> Floats:
-    a = single("angles", angles, (m,))
+    a = radians("angles", single("angles", angles, (m,)), places=True)
     return np.stack([np.cos(a), np.sin(a), np.zeros(m)], axis=-1)
 
 

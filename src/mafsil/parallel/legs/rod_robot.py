@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, frozen, real_array, single, spread
+from mafsil.arrays import Floats, as_batch, frozen, radians, real_array, single, spread
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose, rotation
@@ -168,6 +168,7 @@ class RodRobot:
             return np.broadcast_to(self.base, (*value.shape[:-1], 3)).copy()
         if self.drive is LegDrive.LINEAR:
             return self.base + value * self.axes
+        radians("q", value)
         return self.base + self.arms[:, None] * (np.cos(value) * self.zeros + np.sin(value) * self._sides)
 
     @cached_property

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Booleans, Floats, as_batch, frozen, positive, real_array, single
+from mafsil.arrays import Booleans, Floats, as_batch, frozen, positive, radians, real_array, single
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
@@ -66,7 +66,7 @@ class FiveBar:
 
     def crank_ends(self, q: ArrayLike) -> tuple[Floats, Floats]:
         """B and D (*batch, 2) at angles (alpha, beta) (*batch, 2) [rad]."""
-        angle = as_batch("q", q, (2,), finite=True)
+        angle = radians("q", as_batch("q", q, (2,), finite=True))
         e = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         return self.crank_1 * e[..., 0, :], self.crank_2 * e[..., 1, :] + np.array([self.ground, 0.0])
 

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, positive
+from mafsil.arrays import Floats, as_batch, positive, radians
 from mafsil.errors import InputError
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.parallel.legs.leg_lines import forces_for, require_regular, require_rods
@@ -61,7 +61,7 @@ class DeltaRobot:
 
     def elbows(self, q: ArrayLike) -> Floats:
         """(*batch, 3, 3) centres C_k of the spheres on which p lies [m], at angles (*batch, 3) [rad]."""
-        angle = as_batch("q", q, (3,), finite=True)
+        angle = radians("q", as_batch("q", q, (3,), finite=True))
         found = (self.offset + self.arm * np.cos(angle))[..., None] * self.directions
         found[..., 2] -= self.arm * np.sin(angle)
         return found

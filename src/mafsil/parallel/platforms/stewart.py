@@ -73,8 +73,12 @@ class StewartPlatform:
         places = [
             positive(name, radius) * np.stack([np.cos(angle), np.sin(angle), np.zeros(6)], axis=-1)
             for name, radius, angle in (
-                ("base", base, radians("base_angles", single("base_angles", base_angles, (6,)))),
-                ("platform", platform, radians("platform_angles", single("platform_angles", platform_angles, (6,)))),
+                ("base", base, radians("base_angles", single("base_angles", base_angles, (6,)), places=True)),
+                (
+                    "platform",
+                    platform,
+                    radians("platform_angles", single("platform_angles", platform_angles, (6,)), places=True),
+                ),
             )
         ]
         return cls(places[0], places[1])
