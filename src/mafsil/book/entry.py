@@ -121,13 +121,14 @@ class Entry(Answer):
         """Title, caption, choices, facts beside the printed ones, erratum, in `en`, `ar` or the current language."""
         heading = say(f"{self.AREA}.heading", language=language, number=self.number, title=self.words("", language))
         parts = [self.words(part, language) for part in ("caption", "chosen")]
-        facts = [self._line(fact, language) for fact in self.facts]
+        facts = [self.fact_line(fact, language) for fact in self.facts]
         wrong = self.words("erratum", language)
         lines = [heading, *parts, *facts, say("book.erratum", language=language, text=wrong) if wrong else ""]
         lines += [remark(language) for remark in BESIDE.get(self.number, ())]
         return "\n".join(line for line in lines if line)
 
-    def _line(self, fact: Fact, language: str | None) -> str:
+    def fact_line(self, fact: Fact, language: str | None = None) -> str:
+        """A fact as a sentence, beside what is printed."""
         shared = f"fact_{fact.name}"
         known = shared in keys(language or "en", self.AREA)
         name = self.words(fact.name, language) or (
