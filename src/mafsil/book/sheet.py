@@ -18,7 +18,7 @@ import numpy as np
 
 from mafsil.arrays import whole
 from mafsil.book.exercise import AREA, Exercise, exercise, exercises
-from mafsil.book.judging import FACTORS, NEAR, words_of_choice
+from mafsil.book.judging import page_rules
 from mafsil.csv_table import read_csv_table
 from mafsil.derivation.html import sentence, steps_html
 from mafsil.errors import InputError
@@ -147,7 +147,7 @@ class Sheet:
             "exercises": entries, "student": self.student, "name": name, "exam": self.is_exam, "titles": dict(titles),
             "key": f"{crc32(repr([(e['number'], e['seed'], e['level']) for e in entries]).encode()):x}",
             "words": {code: _words(code, used) for code in LANGUAGES},
-            "rules": {"near": NEAR, "factors": FACTORS, "choices": dict(words_of_choice())},
+            "rules": page_rules(),
         }  # fmt: skip
 
 
