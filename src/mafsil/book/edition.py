@@ -21,7 +21,7 @@ from mafsil.book.errata import errata, erratum
 from mafsil.book.example import example, examples
 from mafsil.book.exercise import exercises, title_of
 from mafsil.book.family import families
-from mafsil.book.figure import Figure, figure, figures
+from mafsil.book.figure import Figure, figure, figures, module_of
 from mafsil.book.remarks import remark, remarks
 from mafsil.book.sheet import both_languages
 from mafsil.errors import InputError
@@ -90,7 +90,9 @@ class SectionPage(Entry):
         shown = [
             f'<img src="{pictures}/{n}.svg" alt="{escape(_title(n, language))}" loading="lazy">' for n in self.figures
         ]
-        return "\n".join([*lines, "", *(shown if pictures else []), ""])
+        live = say(f"{AREA}.live", language=language)
+        link = [f'\n<a href="{pictures}/{self.number}.html">{escape(live)}</a>'] if shown else []
+        return "\n".join([*lines, "", *([*shown, *link] if pictures else []), ""])
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write it as one HTML file with live figures, in both languages, that asks the network for nothing.
@@ -261,9 +263,7 @@ def _counts(page: SectionPage) -> str:
 
 def _tests(page: SectionPage) -> str:
     """Files of tests/book that hold the numbers of a page."""
-    chapters = dict.fromkeys("9" if number[0] == "9" else number.split(".")[0] for number in page.figures)
-    files = [f"test_chapter_{max(int(chapter), 2)}_figures" for chapter in chapters]
-    files = ["test_chapter_10_figures" if file == "test_chapter_9_figures" else file for file in files]
+    files = [f"test_{module_of(number)}_figures" for number in page.figures]
     files += ["test_examples"] * bool(page.examples) + ["test_remarks"] * bool(page.remarks)
     files += ["test_exercises"] * bool(page.exercises) + ["test_edition"] * bool(page.errata)
     return ", ".join(dict.fromkeys(files)) or "-"

@@ -173,3 +173,8 @@ def figure(number: str, /, **values: float) -> Figure:
 def figures() -> list[str]:
     """Numbers of all figures of the book that are drawn here."""
     return _INDEX.numbers()
+
+
+def module_of(number: str) -> str:
+    """Name of the module of this package that draws a figure."""
+    return _INDEX[number].make.__module__.rpartition(".")[2]
