@@ -65,6 +65,9 @@ def make_pages(app: Sphinx, failure: Exception | None) -> None:
     (folder / "book").mkdir(exist_ok=True)
     for number in () if os.environ.get("MAFSIL_SITE_QUICK") else mf.book.figures():
         mf.book.figure(number).save(folder / "book" / f"{number}.svg")
+    for number in () if os.environ.get("MAFSIL_SITE_QUICK") else mf.book.sections():
+        if (page := mf.book.section(number)).figures:
+            page.save(folder / "book" / f"{number}.html")
     for name in names:
         path = folder / f"{name}.html"
         if path.exists():

@@ -10,14 +10,18 @@ UNITS = {
     "": 1.0, "rad": 1.0, "deg": pi / 180, "°": pi / 180, "m": 1.0, "cm": 0.01, "mm": 0.001, "s": 1.0, "ms": 0.001,
 }  # fmt: skip
 """Factor to SI of each unit that may follow a number."""
-_WESTERN = str.maketrans("٠١٢٣٤٥٦٧٨٩٫−،؛", "0123456789.-,;")
+WESTERN = dict(zip("٠١٢٣٤٥٦٧٨٩٫−،؛", "0123456789.-,;", strict=True))
+"""Western digits and signs by the Arabic ones."""
 _ARABIC = str.maketrans("0123456789.", "٠١٢٣٤٥٦٧٨٩٫")
 _DIGITS = re.compile(r"(?<![\w^])\d+(?:\.\d+)*(?!\w)")
-_NUMBER = re.compile(
-    r"""\s*([+-]?)\s*(\d[\d_]*\.?\d*(?:e[+-]?\d+)?|\.\d+(?:e[+-]?\d+)?|inf|nan)?   # sign and digits
-    \s*\*?\s*(pi|π)?(?:\s*/\s*(\d+\.?\d*))?\s*([a-z°]*)\s*""",                   # times pi, divided, unit
-    re.ASCII | re.IGNORECASE | re.VERBOSE,
-)  # fmt: skip
+NUMBER = "".join((
+    r"\s*([+-]?)\s*",  # sign
+    r"(\d+(?:_\d+)*\.?\d*(?:e[+-]?\d+)?|\.\d+(?:e[+-]?\d+)?|inf|nan)?",  # digits
+    r"\s*\*?\s*(pi|π)?(?:\s*/\s*(\d+\.?\d*))?",  # times pi, divided
+    r"\s*([a-z°]*)\s*",  # unit
+))  # fmt: skip
+"""The grammar, in what regular expressions of Python and of a page have in common; case says nothing."""
+_NUMBER = re.compile(NUMBER, re.ASCII | re.IGNORECASE)
 
 
 class TypedNumber(NamedTuple):
@@ -36,7 +40,7 @@ class TypedNumber(NamedTuple):
 
 def western(text: str) -> str:
     """The text with Western digits, decimal point, minus and commas."""
-    return text.translate(_WESTERN)
+    return text.translate(str.maketrans(WESTERN))
 
 
 def eastern(text: str) -> str:

@@ -6,7 +6,9 @@ import re
 from collections import Counter
 from functools import reduce
 from itertools import chain
+from pathlib import Path
 
+import axe_core_python
 import numpy as np
 import pytest
 
@@ -15,7 +17,9 @@ from mafsil.book.edition import section_table
 from mafsil.book.entry import Fact
 from mafsil.cli.main import main
 from mafsil.errors import InputError
+from tests.page.browser import Browser
 
+AXE = Path(axe_core_python.__file__).with_name("axe.min.js").read_text("utf-8")
 SECTIONS = mf.book.sections()
 PAGES = [number for number in SECTIONS if mf.book.section(number)]
 RIGHT = {
@@ -156,3 +160,48 @@ def test_search_finds_nothing_where_nothing_is() -> None:
     assert mf.book.find("(") == mf.book.find("  ( ")
     assert main(["book", "find", "zzz"]) != 0
     assert main(["book", "find", "التلوي"]) == 0
+
+
+def test_a_live_figure_moves_as_the_figure_does() -> None:
+    data = mf.book.figure("4.6").live_data()
+    (slider,) = data["sliders"]
+    assert len(slider["frames"]) == 25
+    first = data["panels"][0]["shapes"]
+    changed = [shape for shape in slider["frames"][0][0][0] if shape != 0]
+    assert 0 < len(changed) < len(first)
+    still, moving = mf.book.figure("4.6"), mf.book.figure("4.6", theta=slider["least"])
+    names = [one.name for one in next(iter(still.panels.values())).elements]
+    same = [
+        np.array_equal(a.points, b.points)
+        for a, b in zip(*(next(iter(one.panels.values())).elements for one in (still, moving)), strict=True)
+    ]
+    assert [one == 0 for one in slider["frames"][0][0][0]] == same, names
+    assert slider["frames"][0][1]["en"] == [moving.fact_line(fact, "en") for fact in moving.facts]
+
+
+@pytest.mark.parametrize("number", ["2.2.1", "7.0", "10.2.1.2"])
+def test_a_page_redraws_its_figures_in_the_browser(number: str, tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    assert main(["book", number, "--out", str(path)]) == 0
+    assert path.stat().st_size < 400_000
+    with Browser(tmp_path) as browser:
+        browser.load(path, drawn="document.querySelectorAll('.pictures svg > *').length")
+        before = browser.ask("[...document.querySelectorAll('.pictures svg')].map(one => one.innerHTML).join()")
+        assert "NaN" not in before
+        assert "undefined" not in before
+        for place in (0.31, 1.0):
+            browser.ask(
+                "document.querySelectorAll('input[type=range]').forEach(one => { one.value = Number(one.min) + "
+                f"{place} * (one.max - one.min); one.dispatchEvent(new Event('input', {{bubbles: true}})); }})"
+            )
+            after = browser.ask("[...document.querySelectorAll('.pictures svg')].map(one => one.innerHTML).join()")
+            assert before != after
+            assert "NaN" not in after
+        for language in ("ar", "en"):
+            browser.ask(f"document.documentElement.lang === '{language}' || document.querySelector('button').click()")
+            assert (
+                browser.ask(f"{AXE}; axe.run().then(found => found.violations.map(v => v.id + v.nodes[0].html))") == []
+            )
+            browser.picture(tmp_path / f"{language}.png")
+        assert browser.errors == []
+        assert [url for url in browser.requests if not url.startswith(("file:", "blob:", "data:"))] == []

@@ -11,7 +11,7 @@ import axe_core_python
 import pytest
 
 import mafsil as mf
-from mafsil.book.judging import FACTORS, NEAR, Asked, judge, numbers_of, words_of_choice
+from mafsil.book.judging import Asked, judge, numbers_of, page_rules
 from mafsil.book.sheet import collect_marks, marks_csv, read_students
 from mafsil.cli.main import main
 from mafsil.errors import InputError
@@ -29,8 +29,26 @@ const judged = cases.map(([part, text]) => {
 });
 console.log(JSON.stringify(judged));
 """
+ODD = (
+    "1_000",
+    "1_",
+    "1__0",
+    "_1",
+    "inf",
+    "nan",
+    "1e3",
+    "PI",
+    "2π/3",
+    "π * 2",
+    ".5",
+    "5.",
+    "1,5؛ ٢",
+    "3 DEG",
+    "+-1",
+    "1 / 2",
+    "e3",
+)
 AXE = Path(axe_core_python.__file__).with_name("axe.min.js").read_text("utf-8")
-RULES = {"near": NEAR, "factors": FACTORS, "choices": dict(words_of_choice())}
 
 
 def _python(part: Asked, text: str) -> list[str]:
@@ -52,9 +70,10 @@ def test_the_page_judges_as_python_does(tmp_path: Path) -> None:
                 forms = [part.forms[0], part.forms[-1], noise] + ([wrong[1]] if wrong else [])
                 cases += [(part, equivalent_text(part, form, rng)) for form in forms]
                 cases += [
-                    (part, text) for text in ("", "نعم", "no", "x", "1", "2 pi/3, ٣٫٥", "1/0", "5 %", "−3", "9e999")
+                    (part, text)
+                    for text in ("", "نعم", "no", "x", "1", "2 pi/3, ٣٫٥", "1/0", "5 %", "−3", "9e999", *ODD)
                 ]
-    text = {"rules": RULES, "cases": [(part.page_data(), typed) for part, typed in cases]}
+    text = {"rules": page_rules(), "cases": [(part.page_data(), typed) for part, typed in cases]}
     (tmp_path / "cases.json").write_text(json.dumps(text))
     (tmp_path / "judging.js").write_text((SOURCE / "book" / "judging.js").read_text("utf-8"))
     judged = json.loads(run_module(JUDGE, tmp_path))

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache, partial
 from html import escape
+from os import PathLike
+from pathlib import Path
 from typing import Any, ClassVar, cast
 
 from mafsil.book.entry import Entry, EntryStatus
@@ -19,13 +21,18 @@ from mafsil.book.errata import errata, erratum
 from mafsil.book.example import example, examples
 from mafsil.book.exercise import exercises, title_of
 from mafsil.book.family import families
-from mafsil.book.figure import figure, figures
+from mafsil.book.figure import Figure, figure, figures, module_of
 from mafsil.book.remarks import remark, remarks
+from mafsil.book.sheet import both_languages
 from mafsil.errors import InputError
-from mafsil.messages import LANGUAGES, direction, in_sentence, keys, say
+from mafsil.messages import LANGUAGES, direction, in_sentence, keys, language, say
 from mafsil.messages.catalogue import template
+from mafsil.scene import one_script
+from mafsil.scene.inline import embed_json, policy
+from mafsil.scene.modules import read
 from mafsil.toml_source import own_tables
 from mafsil.typed_number import eastern
+from mafsil.whole_file import write_whole
 
 AREA = "book_pages"
 _FIGURE, _EXAMPLE = cache(figure), cache(example)
@@ -83,7 +90,41 @@ class SectionPage(Entry):
         shown = [
             f'<img src="{pictures}/{n}.svg" alt="{escape(_title(n, language))}" loading="lazy">' for n in self.figures
         ]
-        return "\n".join([*lines, "", *(shown if pictures else []), ""])
+        live = say(f"{AREA}.live", language=language)
+        link = [f'\n<a href="{pictures}/{self.number}.html">{escape(live)}</a>'] if shown else []
+        return "\n".join([*lines, "", *([*shown, *link] if pictures else []), ""])
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write it as one HTML file with live figures, in both languages, that asks the network for nothing.
+
+        Raises:
+            FileError: the place cannot be written.
+        """
+        write_whole(Path(path), self.to_html().encode())
+
+    def to_html(self) -> str:
+        """The page with its figures, whose sliders redraw them without Python; it opens in the current language."""
+        lines = {code: self._lines(code) for code in LANGUAGES}
+        pairs = zip(*lines.values(), strict=True)
+        body = "\n".join(_html_line(kind, {"en": text, "ar": other}) for (kind, text), (_, other) in pairs)
+        shown = [_FIGURE(number) for number in self.figures if _FIGURE(number).panels]
+        blocks = "\n".join(_figure_block(k, one) for k, one in enumerate(shown))
+        titles = {code: self.words("", code) for code in LANGUAGES}
+        other = {code: say("page.other_language", language=code) for code in LANGUAGES}
+        data = {"titles": titles, "other": other, "figures": [one.live_data() for one in shown]}
+        code, script = language(), "(() => {\n" + one_script("book/page.js") + "\n})();"
+        style = f"{read('page/page.css').strip()}\n{read('book/sheet.css').strip()}"
+        return (
+            f'<!doctype html>\n<html lang="{code}" dir="{direction(code)}">\n<head>\n<meta charset="utf-8">\n'
+            f'<meta http-equiv="Content-Security-Policy" content="{policy(style, script)}">\n'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            '<meta name="color-scheme" content="light dark">\n<meta name="generator" content="mafsil">\n'
+            f"<title>{escape(titles[code])}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>\n"
+            f'<div class="buttons"><button type="button" class="quiet" data-say="other_language">{escape(other[code])}'
+            f"</button></div>\n{body}\n{blocks}\n</main>\n"
+            f'<script type="application/json" id="data">{embed_json(data)}</script>\n<script>{script}</script>\n'
+            "</body>\n</html>\n"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """What `Entry` has, and what stands on the page."""
@@ -126,6 +167,41 @@ def _isolate(line: str, language: str | None, digits: Callable[[str], str] = str
         return escape(digits(text))
 
     return in_sentence(line, language, "page", words=write, foreign=write if direction(language) == "rtl" else escape)
+
+
+def _html_line(kind: str, texts: Mapping[str, str]) -> str:
+    """A line of a page in both languages."""
+    if kind in ("formula", "call"):
+        return f'<p dir="ltr"><code>{escape(texts["en"])}</code></p>'
+    if kind == "proof":
+        return "".join(
+            f'<p class="soft" data-lang="{code}" lang="{code}" dir="{direction(code)}">{_isolate(text, code)}</p>'
+            for code, text in texts.items()
+        )
+    name = {"heading": "h1"}.get(kind, "p")
+    return f"<{name}>{both_languages(texts)}</{name}>"
+
+
+def _figure_block(k: int, one: Figure) -> str:
+    """Heading, pictures, sliders and facts of a figure; the pictures and the facts are drawn by the page."""
+    heading = both_languages({
+        code: say(f"{AREA}.see_figure", language=code, number=one.number, title=one.words("", code))
+        for code in LANGUAGES
+    })  # fmt: skip
+    sliders = "".join(
+        f'<label class="slider" dir="ltr"><span>{escape(name)} [{escape(s.unit)}]</span>'
+        f'<input type="range" data-k="{n}" '
+        f'min="{s.least}" max="{s.greatest}" step="any" value="{s.value}"><output>{s.value:.2f}</output></label>'
+        for n, (name, s) in enumerate(one.parameters.items())
+    )
+    captions = both_languages({code: one.words("caption", code) for code in LANGUAGES})
+    facts = "".join(
+        f'<ul class="facts" data-lang="{code}" lang="{code}" dir="{direction(code)}"></ul>' for code in LANGUAGES
+    )
+    return (
+        f'<section id="figure-{k}" aria-labelledby="figure-{k}-title"><h2 id="figure-{k}-title">{heading}</h2>'
+        f'<div class="pictures"></div>{sliders}<p>{captions}</p>{facts}</section>'
+    )
 
 
 def _title(number: str, language: str | None) -> str:
@@ -187,9 +263,7 @@ def _counts(page: SectionPage) -> str:
 
 def _tests(page: SectionPage) -> str:
     """Files of tests/book that hold the numbers of a page."""
-    chapters = dict.fromkeys("9" if number[0] == "9" else number.split(".")[0] for number in page.figures)
-    files = [f"test_chapter_{max(int(chapter), 2)}_figures" for chapter in chapters]
-    files = ["test_chapter_10_figures" if file == "test_chapter_9_figures" else file for file in files]
+    files = [f"test_{module_of(number)}_figures" for number in page.figures]
     files += ["test_examples"] * bool(page.examples) + ["test_remarks"] * bool(page.remarks)
     files += ["test_exercises"] * bool(page.exercises) + ["test_edition"] * bool(page.errata)
     return ", ".join(dict.fromkeys(files)) or "-"

@@ -14,6 +14,7 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.errors import InputError
 from mafsil.messages import direction, keys, say
+from mafsil.messages.catalogue import placeholders
 
 T = TypeVar("T")
 BESIDE: dict[str, list[Callable[[str | None], str]]] = {}
@@ -121,22 +122,32 @@ class Entry(Answer):
         """Title, caption, choices, facts beside the printed ones, erratum, in `en`, `ar` or the current language."""
         heading = say(f"{self.AREA}.heading", language=language, number=self.number, title=self.words("", language))
         parts = [self.words(part, language) for part in ("caption", "chosen")]
-        facts = [self._line(fact, language) for fact in self.facts]
+        facts = [self.fact_line(fact, language) for fact in self.facts if not self._is_told(fact, language)]
         wrong = self.words("erratum", language)
         lines = [heading, *parts, *facts, say("book.erratum", language=language, text=wrong) if wrong else ""]
         lines += [remark(language) for remark in BESIDE.get(self.number, ())]
         return "\n".join(line for line in lines if line)
 
-    def _line(self, fact: Fact, language: str | None) -> str:
-        shared = f"fact_{fact.name}"
-        known = shared in keys(language or "en", self.AREA)
-        name = self.words(fact.name, language) or (
-            say(f"{self.AREA}.{shared}", language=language) if known else fact.name
-        )
+    def fact_line(self, fact: Fact, language: str | None = None) -> str:
+        """A fact as a sentence, beside what is printed."""
         key = "fact" if fact.printed is None else "fact_printed" if fact.agrees else "fact_differs"
         unit = f" {fact.unit}" if fact.unit else ""
         details = {"value": shown(fact.value) + unit, "printed": shown(fact.printed)}
-        return say(f"book.{key}", language=language, name=name, **details)
+        return say(f"book.{key}", language=language, name=self._fact_name(fact, language) or fact.name, **details)
+
+    def _fact_name(self, fact: Fact, language: str | None) -> str:
+        """Words for a fact, own ones or those that entries share; empty where there are none."""
+        shared = f"fact_{fact.name}"
+        known = shared in keys(language or "en", self.AREA)
+        return self.words(fact.name, language) or (say(f"{self.AREA}.{shared}", language=language) if known else "")
+
+    def _is_told(self, fact: Fact, language: str | None) -> bool:
+        """Whether a fact without words of its own stands in the caption."""
+        key = f"{self.number}.caption"
+        captioned = key in keys(language or "en", self.AREA) and fact.name in placeholders(
+            f"{self.AREA}.{key}", language
+        )
+        return captioned and not self._fact_name(fact, language)
 
     def to_dict(self) -> dict[str, Any]:
         """Number, title, caption, erratum and facts as plain data."""

@@ -20,7 +20,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.book.entry import Index, matrix_text
-from mafsil.book.judging import Asked, ask
+from mafsil.book.judging import NEAR, Asked, ask
 from mafsil.derivation import Derivation
 from mafsil.messages import clauses, say
 from mafsil.messages.catalogue import template
@@ -236,12 +236,12 @@ class Curve:
         if a is None:
             return None
         (low, high), (y_low, y_high) = grid[a : a + 2], y[a : a + 2]
-        x = low
+        x = value = float("nan")
         for _ in range(_SECANTS):
             x = low - y_low * (high - low) / (y_high - y_low)
             value = self.value(x, mistake) - target
             low, y_low, high, y_high = (low, y_low, x, value) if value * y_low < 0 else (x, value, high, y_high)
-        return x
+        return x if abs(value) < NEAR / 10 * abs(target) else None
 
     def _grid(self) -> list[float]:
         return np.linspace(self.given.low, self.given.high, _SAMPLES).tolist()

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import StringIO
 from os import PathLike
 from typing import Any, ClassVar
+
+import numpy as np
 
 from mafsil.arrays import number as require_number
 from mafsil.book.entry import Entry, EntryStatus, Fact, Index, Slider
 from mafsil.errors import InputError
 from mafsil.figures import space
 from mafsil.figures.panel import Panel, draw_panels
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.panel_data import PanelView
+from mafsil.figures.space import picture_file
+from mafsil.messages import LANGUAGES
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +66,36 @@ class Figure(Entry):
         headings = {name: self.words(name) for name in self.panels}
         return draw_panels(self.panels, headings, self.title, self.drawing.columns, self.drawing.cell)
 
+    def live_data(self, language: Sequence[str] = LANGUAGES) -> dict[str, Any]:
+        """What a page needs to redraw it without Python: each slider with the drawings along it, the others at theirs.
+
+        Args:
+            language: of the words.
+        """
+        points = sum(len(one.points) for panel in self.panels.values() for one in panel.elements)
+        count = SAMPLES if points < MANY_POINTS else SAMPLES // 2 + 1
+        samples = {
+            name: [figure(self.number, **{name: float(x)}) for x in np.linspace(s.least, s.greatest, count)]
+            for name, s in self.parameters.items()
+        }
+        drawn = [self, *(one for along in samples.values() for one in along)]
+        sheets = {name: PanelView([one.panels[name] for one in drawn if name in one.panels]) for name in self.panels}
+
+        def parts(one: Figure) -> list[Any]:
+            return [sheet.changes(one.panels.get(name), self.panels[name]) for name, sheet in sheets.items()]
+
+        def facts(one: Figure) -> dict[str, list[str]]:
+            return {code: [one.fact_line(fact, code) for fact in one.facts] for code in language}
+
+        sliders = [
+            {"name": name, "unit": s.unit, "least": s.least, "greatest": s.greatest, "value": s.value,
+             "frames": [[parts(one), facts(one)] for one in samples[name]]}
+            for name, s in self.parameters.items()
+        ]  # fmt: skip
+        panels = [sheet.whole(self.panels[name]) for name, sheet in sheets.items()]
+        headings = [{code: self.words(name, code) for code in language} for name in sheets]
+        return {"panels": panels, "headings": headings, "facts": facts(self), "sliders": sliders}
+
     def save(self, path: str | PathLike[str]) -> None:
         """Draw it into a file.
 
@@ -76,6 +110,10 @@ class Figure(Entry):
         self.draw().savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})
         image = text.getvalue()
         return f"<figure>{image[image.index('<svg') :]}<figcaption>{super()._repr_html_()}</figcaption></figure>"
+
+
+SAMPLES, MANY_POINTS = 25, 600
+"""Drawings along a slider, between which a page interpolates; points of a figure of which half as many are enough."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,3 +173,8 @@ def figure(number: str, /, **values: float) -> Figure:
 def figures() -> list[str]:
     """Numbers of all figures of the book that are drawn here."""
     return _INDEX.numbers()
+
+
+def module_of(number: str) -> str:
+    """Name of the module of this package that draws a figure."""
+    return _INDEX[number].make.__module__.rpartition(".")[2]

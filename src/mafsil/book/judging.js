@@ -1,24 +1,20 @@
-// Judges an answer by the forms that the page carries, entry by entry as mafsil/book/judging.py does.
-
-const SIGNS = { "٫": ".", "−": "-", "،": ",", "؛": ";" };
-const LOOSE_UNIT = /(?<=[\di])\s+(?=(?:deg|rad|°|mm|cm|m)\b|°)|\s*([*/])\s*/g;
-const NUMBER = /^([+-]?)(\d+\.?\d*(?:e[+-]?\d+)?|\.\d+)?\*?(pi|π)?(?:\/(\d+\.?\d*))?(°|[a-z]+)?$/i;
+// Judges an answer by the forms that the page carries, and reads it by the grammar that mafsil/typed_number.py gives it.
 
 /** The numbers of a text, or null if it cannot be read. */
 export function numbersOf(part, typed, rules) {
-  let text = typed.replace(/[٠-٩]/g, (digit) => String(digit.charCodeAt(0) - 0x660)).replace(/[٫−،؛]/g, (sign) => SIGNS[sign]).trim().toLowerCase();
+  let text = [...typed].map((sign) => rules.western[sign] ?? sign).join("").trim().toLowerCase();
   if (part.choice && text in rules.choices) return [rules.choices[text]];
   if (part.unit && !(part.unit in rules.factors)) text = text.replaceAll(part.unit.toLowerCase(), " ");
-  const words = text.replace(LOOSE_UNIT, (_, sign) => sign ?? "").split(/[\s,;()[\]]+/).filter(Boolean);
+  const words = text.replace(new RegExp(rules.loose, "g"), (_, sign) => sign ?? "").split(new RegExp(rules.between)).filter(Boolean);
   const numbers = words.map((word) => readNumber(part, word, rules));
   return numbers.includes(null) ? null : numbers;
 }
 
 function readNumber(part, word, rules) {
-  const found = word.match(NUMBER);
+  const found = word.match(new RegExp(`^(?:${rules.number})$`, "i"));
   const factors = { ...rules.factors[part.unit], ...(part.turns.includes(1) ? rules.factors.rad : {}) };
   if (!found || (!found[2] && !found[3]) || (found[5] && !(found[5] in factors)) || (found[4] && !Number(found[4]))) return null;
-  const size = ((Number(found[2] ?? 1) * (found[3] ? Math.PI : 1)) / Number(found[4] ?? 1)) * (found[5] ? factors[found[5]] : 1);
+  const size = ((Number(found[2]?.replaceAll("_", "") ?? 1) * (found[3] ? Math.PI : 1)) / Number(found[4] ?? 1)) * (found[5] ? factors[found[5]] : 1);
   return Number.isFinite(size) ? (found[1] === "-" ? -size : size) : null;
 }
 

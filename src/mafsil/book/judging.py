@@ -20,7 +20,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.messages import LANGUAGES, say
-from mafsil.typed_number import UNITS, read_number, western
+from mafsil.typed_number import NUMBER, UNITS, WESTERN, read_number, western
 
 NEAR = 5e-3
 """Relative to the largest entry; of angles [rad]: three digits are enough."""
@@ -30,6 +30,7 @@ FACTORS = {
 }
 """Units that an answer may have, and their factor, by the unit that is asked."""
 _LOOSE_UNIT = re.compile(r"(?<=[\di])\s+(?=(?:deg|rad|°|mm|cm|m)\b|°)|\s*([*/])\s*")
+_BETWEEN = re.compile(r"[\s,;()\[\]]+")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -282,7 +283,7 @@ def numbers_of(part: Asked, given: Any) -> Floats:
         text = text.replace(part.unit.lower(), " ") if part.unit else text
     if part.is_choice and text in words_of_choice():
         return np.array([words_of_choice()[text]])
-    words = re.split(r"[\s,;()\[\]]+", _LOOSE_UNIT.sub(r"\1", text))
+    words = _BETWEEN.split(_LOOSE_UNIT.sub(r"\1", text))
     return np.array([_number(part, word) for word in words if word])
 
 
@@ -290,6 +291,12 @@ def words_of_choice() -> Mapping[str, float]:
     """Words for yes and no in all languages."""
     values = {"yes": 1.0, "no": 0.0}
     return {say(f"book_exercises.{w}", language=code): v for code in LANGUAGES for w, v in values.items()}
+
+
+def page_rules() -> dict[str, Any]:
+    """What a page reads and compares answers by: the grammar of numbers and the tolerance that hold here."""
+    patterns = {"number": NUMBER, "loose": _LOOSE_UNIT.pattern, "between": _BETWEEN.pattern}
+    return {"near": NEAR, "factors": FACTORS, "choices": dict(words_of_choice()), "western": WESTERN, **patterns}
 
 
 def _number(part: Asked, word: str) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 
 from mafsil.arrays import whole
 from mafsil.book.exercise import AREA, Exercise, exercise, exercises
-from mafsil.book.judging import FACTORS, NEAR, words_of_choice
+from mafsil.book.judging import page_rules
 from mafsil.csv_table import read_csv_table
 from mafsil.derivation.html import sentence, steps_html
 from mafsil.errors import InputError
@@ -88,7 +88,7 @@ class Sheet:
             '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
             '<meta name="color-scheme" content="light dark">\n<meta name="generator" content="mafsil">\n'
             f"<title>{escape(title[code])}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>\n<header>\n"
-            f"<h1>{_both(title)}</h1>\n{tools}</header>\n"
+            f"<h1>{both_languages(title)}</h1>\n{tools}</header>\n"
             f"{'' if answers else _paragraph('sheet_hint', 'soft')}\n{body}\n</main>\n{data}\n"
             f"{f'<script>{script}</script>' if script else ''}\n</body>\n</html>\n"
         )
@@ -108,8 +108,8 @@ class Sheet:
             for c, title in titles.items()
         }
         parts = [
-            f'<h2 id="title-{k}">{_both(name)}</h2>',
-            f"<p>{_both({c: one.words('text', c) for c in LANGUAGES})}</p>",
+            f'<h2 id="title-{k}">{both_languages(name)}</h2>',
+            f"<p>{both_languages({c: one.words('text', c) for c in LANGUAGES})}</p>",
         ]
         if not answers:
             parts += [self._field(k, j) for j in range(len(one.asked))]
@@ -127,7 +127,7 @@ class Sheet:
     def _field(self, k: int, j: int) -> str:
         part = self.exercises[k].asked[j]
         name, rows = f"answer-{k}-{part.name}", part.shape[0] if len(part.shape) == 2 else 1
-        label = _both({code: part.label(code) for code in LANGUAGES})
+        label = both_languages({code: part.label(code) for code in LANGUAGES})
         return (
             f'<div class="asked"><label for="{name}">{label}</label><textarea id="{name}" rows="{rows}" dir="ltr" '
             f'spellcheck="false" autocomplete="off" aria-describedby="{name}-verdict"></textarea>'
@@ -147,7 +147,7 @@ class Sheet:
             "exercises": entries, "student": self.student, "name": name, "exam": self.is_exam, "titles": dict(titles),
             "key": f"{crc32(repr([(e['number'], e['seed'], e['level']) for e in entries]).encode()):x}",
             "words": {code: _words(code, used) for code in LANGUAGES},
-            "rules": {"near": NEAR, "factors": FACTORS, "choices": dict(words_of_choice())},
+            "rules": page_rules(),
         }  # fmt: skip
 
 
@@ -270,7 +270,7 @@ def _label(name: str, code: str | None = None) -> str:
     return say(f"{area}.{name}", language=code, place="{place}")
 
 
-def _both(texts: Mapping[str, str]) -> str:
+def both_languages(texts: Mapping[str, str]) -> str:
     """A text in both languages; the page shows that of its own."""
     return "".join(
         f'<span data-lang="{code}" lang="{code}" dir="{direction(code)}">{_formulas(text, code)}</span>'
@@ -308,7 +308,7 @@ def _matrix(text: str) -> str:
 
 
 def _paragraph(key: str, kind: str) -> str:
-    return f'<p class="{kind}">{_both({code: say(f"{AREA}.{key}", language=code) for code in LANGUAGES})}</p>'
+    return f'<p class="{kind}">{both_languages({code: say(f"{AREA}.{key}", language=code) for code in LANGUAGES})}</p>'
 
 
 def _buttons(*names: str, k: int | None = None) -> str:
@@ -324,24 +324,26 @@ def _buttons(*names: str, k: int | None = None) -> str:
 def _hints(one: Exercise) -> str:
     by_language = {code: one.hints(code) for code in LANGUAGES}
     count = len(by_language["en"])
-    items = "".join(f"<li hidden>{_both({c: by_language[c][k] for c in LANGUAGES})}</li>" for k in range(count))
+    items = "".join(
+        f"<li hidden>{both_languages({c: by_language[c][k] for c in LANGUAGES})}</li>" for k in range(count)
+    )
     return f'<ol class="hints">{items}</ol>'
 
 
 def _solution(one: Exercise, *, answers: bool) -> str:
     by_language = {code: one.solution(code) for code in LANGUAGES}
     count = len(by_language["en"]) - answers  # the results stand above the steps
-    steps = "".join(f"<li>{_both({c: by_language[c][k] for c in LANGUAGES})}</li>" for k in range(count))
+    steps = "".join(f"<li>{both_languages({c: by_language[c][k] for c in LANGUAGES})}</li>" for k in range(count))
     body = f"<ol>{steps}</ol>"
     if one.derivation is not None and not answers:
         derivation = one.derivation()
-        heading = _both({code: say(f"{AREA}.in_letters", language=code) for code in LANGUAGES})
+        heading = both_languages({code: say(f"{AREA}.in_letters", language=code) for code in LANGUAGES})
         both = "".join(
             f'<div data-lang="{c}" lang="{c}" dir="{direction(c)}">{steps_html(derivation, c)}</div>' for c in LANGUAGES
         )
         body += f"<h3>{heading}</h3>{both}"
     if answers:
-        results = _both({c: by_language[c][-1] for c in LANGUAGES})
+        results = both_languages({c: by_language[c][-1] for c in LANGUAGES})
         return f"<p><strong>{results}</strong></p>{body}"
-    title = _both({code: say(f"{AREA}.solution", language=code) for code in LANGUAGES})
+    title = both_languages({code: say(f"{AREA}.solution", language=code) for code in LANGUAGES})
     return f'<details class="practice"><summary>{title}</summary>{body}</details>'

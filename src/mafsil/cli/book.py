@@ -57,7 +57,7 @@ def book(
         exam: sheets that do not judge themselves.
         eastern_digits: Arabic-Indic digits in the Arabic sentences of sheets.
         files: answers that students saved.
-        out: folder of sheets, or file of marks.
+        out: HTML page of a section, folder of sheets, or file of marks.
 
     Raises:
         InputError: no such entry, or a picture of what is no figure.
@@ -87,6 +87,9 @@ def book(
     if picture is not None:
         require_kind(picture, PLAIN)
         lines.append(draw_picture(book_of.figure(number).save, picture, {}))
+    if what == "section" and out is not None:
+        book_of.section(number).save(out)
+        lines = [say("cli.book_written", path=out)]
     return Answer(entry.to_dict(), tuple(lines))
 
 

@@ -15,7 +15,7 @@ from mafsil.cli.state import coordinate
 from mafsil.cli.state import number as typed
 from mafsil.cli.table import number, table
 from mafsil.errors import InputError
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.parallel.robot_file import read_parallel
 

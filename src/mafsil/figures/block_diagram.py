@@ -11,7 +11,7 @@ from mafsil.arrays import Floats, require_kind
 from mafsil.control.analysis import BlockDiagram
 from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import flat_axes, legend, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.model import JointKind
 from mafsil.robot import Robot

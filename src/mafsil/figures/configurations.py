@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.figures import space
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind

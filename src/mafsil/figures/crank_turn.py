@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import require_kind
 from mafsil.figures.linkage import is_flat, skeleton
 from mafsil.figures.performance_sheet import FORCE, SINGULAR, VELOCITY, flat_axes, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.mobility import mobility
 from mafsil.mobility.linkages import CrankTurn

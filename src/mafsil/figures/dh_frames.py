@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 from mafsil.model.dh_frames import four_motions, frame_poses

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.figures import space
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.geometry import pose, rotation
 from mafsil.geometry.frames import FrameGraph
 from mafsil.messages import say

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3, as_batch
 from mafsil.figures import space
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.geometry import euler, rotation
 from mafsil.messages import say
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.grasp import Closure, Contact, Grasp, GraspedBody, GraspPlan
 from mafsil.grasp.displacement import displaced_pose, free_twists
 from mafsil.grasp.quality import hull_facets

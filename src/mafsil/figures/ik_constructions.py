@@ -16,7 +16,7 @@ from mafsil.arrays import Floats, single, whole
 from mafsil.errors import InputError
 from mafsil.figures import space
 from mafsil.figures.performance_sheet import FORCE, INK, SHELL, SOFT, VELOCITY, flat_axes, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.geometry import rotation
 from mafsil.ik import RootRecord, find_root
 from mafsil.ik.structure.subproblems import Angles, distances, project_off_axis, two_axes

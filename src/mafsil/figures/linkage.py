@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import in_line
 from mafsil.messages.visible import visible
 from mafsil.mobility import Linkage, Mobility, mobility, torus, trace_motion

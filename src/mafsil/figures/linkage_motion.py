@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.figures.linkage import is_flat, skeleton
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import in_line
 from mafsil.messages.visible import visible
 from mafsil.mobility import Linkage, Mobility, mobility, trace_motion

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, as_batch
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.job.planning.resting import resting_configuration
 from mafsil.model import Mechanism

@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import require_kind
 from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import SINGULAR, flat_axes, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.simulation import MonteCarlo
 from mafsil.simulation.variation import drawn_name

@@ -18,7 +18,7 @@ import numpy as np
 from mafsil.arrays import Floats, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.figures.performance_sheet import FORCE, INK, SHELL, SINGULAR, VELOCITY, flat_axes, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.trajectory import Trajectory
 from mafsil.trajectory.difficulties import PathDiagnosis

@@ -14,7 +14,7 @@ from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
 from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import SINGULAR, SOFT, flat_axes, legend, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.messages.isolates import in_cell
 from mafsil.messages.tables import number

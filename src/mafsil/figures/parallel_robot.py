@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, single
 from mafsil.figures import space
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.geometry import pose
 from mafsil.messages import say
 from mafsil.messages.visible import visible

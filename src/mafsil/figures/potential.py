@@ -17,7 +17,7 @@ from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import INK, SINGULAR, flat_axes, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.planning import PlanarArm, PotentialField, configuration_space_obstacles
 

@@ -15,8 +15,8 @@ from mafsil.arrays import Floats, PoseMatrix, Vector6
 from mafsil.figures import space
 from mafsil.figures.frames import plot_rotation
 from mafsil.figures.gimbals import plot_gimbals
-from mafsil.figures.picture_file import picture_file
 from mafsil.figures.pole import plot_pole
+from mafsil.figures.space import picture_file
 from mafsil.geometry import euler, pose, screw
 from mafsil.messages import say
 

@@ -14,7 +14,7 @@ from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import SINGULAR
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.planning.planner_bench import SearchLog
 from mafsil.whole_file import write_whole

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
 from mafsil.figures.performance_sheet import INK, SOFT, flat_axes, label, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import direction
 from mafsil.performance import determinant_factors, workspace_map
 from mafsil.performance.singularities import DeterminantFactors

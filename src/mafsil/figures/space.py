@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
-from mafsil.errors import FileError
+from mafsil.errors import FileError, InputError
 from mafsil.messages import in_line
 
 INK, SOFT, PALE = "#39424a", "#8a949c", "#c9ced2"
 AXES = ("#d33f3a", "#2f9e57", "#2f6fd0")
 ACCENT, SECOND = "#d9702a", "#7a4fb5"
+ENDINGS = (".png", ".svg", ".pdf")
+"""Kinds of pictures."""
 _DEJAVU: dict[Any, Any] = {"font.family": "DejaVu Sans", "svg.hashsalt": "mafsil", "text.color": INK, "font.size": 10}
 
 
@@ -122,3 +125,21 @@ def _ink(figure: Any, margin: float = 0.12) -> Any:
     rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
     corners = np.array([[columns[0], rows[0]], [columns[-1] + 1, rows[-1] + 1]]) / figure.dpi
     return Bbox(corners).padded(margin)
+
+
+def picture_file(path: str | PathLike[str], endings: tuple[str, ...] = ENDINGS) -> Path:
+    """The path of a picture.
+
+    Args:
+        path: as the user gave it.
+        endings: that can be written.
+
+    Raises:
+        InputError: no path, or an ending of no picture.
+    """
+    if not isinstance(cast(object, path), str | PathLike):
+        raise InputError("input.kind", name="path", expected="str / pathlib.Path", got=type(path).__name__)
+    file = Path(path)
+    if file.suffix.lower() not in endings:
+        raise InputError("pictures.ending", path=str(path), known=", ".join(endings))
+    return file

@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, whole
 from mafsil.errors import InputError
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import in_line, say
 from mafsil.messages.visible import visible
 from mafsil.mobility import FourBar

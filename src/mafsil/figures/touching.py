@@ -16,7 +16,7 @@ from mafsil.errors import InputError
 from mafsil.figures import space
 from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import FORCE, INK, SHELL, flat_axes, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.geometry import pose
 from mafsil.messages import say
 from mafsil.messages.tables import number

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch
 from mafsil.figures.performance_sheet import FORCE, INK, SHELL, VELOCITY, flat_axes, label, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.performance import force_ellipsoid, velocity_ellipsoid
 from mafsil.robot import Robot, of_robot
 

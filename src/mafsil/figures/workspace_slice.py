@@ -15,7 +15,7 @@ from mafsil.collision.piece_loops import boxes_of
 from mafsil.design import PayloadMap, ReachMap
 from mafsil.errors import InputError
 from mafsil.figures.performance_sheet import INK, SHELL, SINGULAR, flat_axes, label, save, sheet
-from mafsil.figures.picture_file import picture_file
+from mafsil.figures.space import picture_file
 from mafsil.messages import say
 from mafsil.performance.workspace import WorkspaceMap
 from mafsil.planning import BasePlacement
