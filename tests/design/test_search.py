@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from math import pi, sqrt
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +15,12 @@ import mafsil as mf
 from mafsil.cli.design import design as answer_of_command
 from mafsil.design import ParametricArm, ParametricPlatform, TaskSet, evaluate, measure_designs, optimise
 from mafsil.design.platform import platform_motion
-from mafsil.design.search import is_undominated
+from mafsil.design.search import hypervolume, is_undominated
 from mafsil.parallel import DeltaRobot, StewartPlatform
 from mafsil.parallel.legs.rod_indices import rod_indices
+from mafsil.simulation.many_runs import cluster_executor
+from tests.budget import within
+from tests.design.test_arm import TABLE
 from tests.design.test_tasks import plane_arm
 
 
@@ -314,3 +319,96 @@ def test_the_command_answers_for_a_platform(tmp_path: Path) -> None:
     for what, out in (("accuracy", None), ("reach", None), ("tasks", str(tmp_path / "delta.urdf"))):
         with pytest.raises(mf.InputError, match="only arms"):
             answer_of_command(what, file, None, None, None, out)
+
+
+def _front(**options: object) -> mf.design.Front:
+    tasks = TaskSet.of({"points": [[0.7, 0.2, 0.0], [0.3, -0.5, 0.0]], "payload": 1.0})
+    return optimise(
+        plane_arm(),
+        tasks,
+        ["mass", "condition"],
+        {"utilisation": 0.9},
+        points=3,
+        population=10,
+        generations=4,
+        **options,
+    )  # type: ignore[arg-type]
+
+
+def test_a_search_that_was_stopped_ends_as_one_that_was_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, file, looked = _front(), tmp_path / "kept.npz", []
+    measure = mf.design.search.measure_designs
+
+    def stop_soon(designs: list, *args: object, **named: object) -> object:
+        looked.extend(designs)
+        if len(looked) > 70:
+            raise KeyboardInterrupt
+        return measure(designs, *args, **named)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(mf.design.search, "measure_designs", stop_soon)
+    with pytest.raises(KeyboardInterrupt):
+        _front(resume=file)
+    kept = len(np.load(file)["x"])
+    assert 0 < kept < 70
+    looked.clear()
+    monkeypatch.setattr(
+        mf.design.search,
+        "measure_designs",
+        lambda designs, *a, **n: looked.extend(designs) or measure(designs, *a, **n),
+    )
+    again = _front(resume=file)
+    assert again.designs == whole.designs
+    assert len(looked) <= whole.count - kept + len(again)
+    looked.clear()
+    assert _front(resume=file).designs == whole.designs
+    assert len(looked) == len(again)
+    with pytest.raises(mf.FileError, match="another search"):
+        _front(resume=file, seed=1)
+    file.write_bytes(file.read_bytes()[:200])
+    with pytest.raises(mf.FileError):
+        _front(resume=file)
+
+
+def test_designs_measured_elsewhere_are_the_same_to_the_last_bit() -> None:
+    alone = _front()
+    with ThreadPoolExecutor(3) as threads:
+        assert _front(executor=threads).designs == alone.designs
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
+        assert _front(executor=processes).designs == alone.designs
+    with cluster_executor("2") as client:
+        assert _front(executor=client).designs == alone.designs
+
+
+def test_hypervolume_of_boxes_and_of_a_known_front() -> None:
+    assert hypervolume([[1.0, 2.0], [2.0, 1.0]], [3.0, 3.0]) == 3.0
+    assert hypervolume([[1.0, 1.0, 1.0], [0.0, 2.0, 2.0], [5.0, 0.0, 0.0]], [3.0, 3.0, 3.0]) == pytest.approx(9.0)
+    assert hypervolume(np.zeros((0, 2)), [1.0, 1.0]) == 0.0
+    rng = np.random.default_rng(0)
+    rows, points = rng.uniform(size=(12, 3)), rng.uniform(size=(40_000, 3))
+    share = (points[:, None] >= rows).all(axis=2).any(axis=1).mean()
+    assert hypervolume(rows, [1.0, 1.0, 1.0]) == pytest.approx(share, abs=0.01)
+    # Mass and reach are both as long as the arm is: the front is a line from (0.2, 0.2) to (2, 2), halved by steps.
+    tube = {"outer": 0.05, "wall": 0.004}
+    lengths = {name: {"value": 0.5, "low": 0.1, "high": 1.0} for name in ("a", "b")}
+    joints = [{"tube": tube}, {"a": "a", "tube": tube}]
+    arm = ParametricArm.of({
+        "convention": "modified", "parameters": lengths, "joint": joints, "tool": {"xyz": ["b", 0.0, 0.0]}
+    })  # fmt: skip
+    front = optimise(
+        arm, TaskSet.of({"points": [[0.15, 0.0, 0.0]]}), ["mass", "reach"], points=8, population=16, generations=20
+    )
+    line = 2700 * pi * 0.004 * 0.046
+    f = np.array([[point.measures["mass"] / line, -point.measures["reach"]] for point in front])
+    np.testing.assert_allclose(f[:, 0], -f[:, 1], rtol=1e-6)
+    steps = len(front) - 1
+    best = 1.8**2 / 2 * (1 - 1 / steps)
+    assert hypervolume(f, [2.0, -0.2]) > 0.9 * best
+
+
+def test_ten_thousand_designs_a_minute() -> None:
+    """200 six-axis arms of lengths of all the range on 100 poses, built and measured, in 1.2 s of processor time."""
+    arm = ParametricArm.of(TABLE)
+    poses = arm.robot(upper=0.4).fk(np.random.default_rng(0).uniform(-1, 1, (100, 6)))
+    tasks, names = TaskSet(poses, payload=2.0), ("reached", "condition", "utilisation", "mass")
+    measure_designs([arm.at()], tasks, names)
+    within(1.2, lambda: measure_designs([arm.at(upper=float(u)) for u in np.linspace(0.2, 0.6, 200)], tasks, names))

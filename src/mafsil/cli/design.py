@@ -34,6 +34,7 @@ from mafsil.job import task_set
 from mafsil.messages import say
 from mafsil.model.saving import save
 from mafsil.robot import Robot
+from mafsil.simulation.many_runs import cluster_executor
 from mafsil.toml_source import read_toml
 
 Family: TypeAlias = ParametricArm | ParametricPlatform
@@ -215,9 +216,14 @@ def _drives(given: _File, arm: Family) -> Reply:
 
 
 def _search(given: _File, arm: Family) -> Reply:
-    entries = _known(given, "search", ("goals", "limits", "points", "population", "generations", "starts"))
-    goals = entries.pop("goals", [])
-    front = optimise(arm, given.tasks, goals, entries.pop("limits", None), seed=given.seed, **entries)
+    known = ("goals", "limits", "points", "population", "generations", "starts", "resume", "cluster")
+    entries = _known(given, "search", known)
+    goals, cluster = entries.pop("goals", []), entries.pop("cluster", None)
+    if "resume" in entries:
+        entries["resume"] = Path(given.path).parent / str(entries["resume"])
+    with cluster_executor(None if cluster is None else str(cluster)) as executor:
+        limits = entries.pop("limits", None)
+        front = optimise(arm, given.tasks, goals, limits, seed=given.seed, executor=executor, **entries)
     return _shown(front, front.points[0].design.robot if front and given.robot is not None else given.robot)
 
 

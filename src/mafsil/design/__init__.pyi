@@ -16,10 +16,11 @@ from mafsil.design.parts import Material as Material
 from mafsil.design.parts import Tube as Tube
 from mafsil.design.platform import ParametricPlatform as ParametricPlatform
 from mafsil.design.platform import PlatformDesign as PlatformDesign
+from mafsil.design.platform import evaluate as evaluate
+from mafsil.design.platform import measure_designs as measure_designs
 from mafsil.design.search import Front as Front
 from mafsil.design.search import FrontPoint as FrontPoint
-from mafsil.design.search import evaluate as evaluate
-from mafsil.design.search import measure_designs as measure_designs
+from mafsil.design.search import hypervolume as hypervolume
 from mafsil.design.search import optimise as optimise
 from mafsil.design.slices import PayloadMap as PayloadMap
 from mafsil.design.slices import ReachMap as ReachMap

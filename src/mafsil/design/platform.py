@@ -26,7 +26,7 @@ Reference: Merlet, Parallel Robots, 2nd ed., ch. 5, 9, 10.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, fields, replace
 from inspect import signature
@@ -37,11 +37,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix, real_array, spread
-from mafsil.design.arm import Family, numbers_in, read_family, require_keys
-from mafsil.design.tasks import SAMPLES, Evaluation, TaskSet
+from mafsil.design.arm import ArmDesign, Family, ParametricArm, numbers_in, read_family, require_keys
+from mafsil.design.tasks import IN_CYCLE, MEASURES, SAMPLES, Evaluation, TaskSet, evaluate_arm, measure_arms
 from mafsil.errors import FileError, InputError
 from mafsil.floating_point import EPS
 from mafsil.geometry import rotation
+from mafsil.model.loading import RobotLike
 from mafsil.parallel import RodRobot, StewartPlatform
 from mafsil.parallel.legs.rod_dynamics import RodDynamics, RodMasses
 from mafsil.parallel.legs.rod_indices import rod_indices
@@ -300,3 +301,80 @@ def platform_motion(poses: PoseMatrix, period: float) -> tuple[PoseMatrix, Float
     twist = np.concatenate([omega, v + np.cross(p, omega)], axis=-1)
     twist_rate = np.concatenate([alpha, a + np.cross(v, omega) + np.cross(p, alpha)], axis=-1)
     return T.reshape(-1, 4, 4), twist.reshape(-1, 6), twist_rate.reshape(-1, 6)
+
+
+def evaluate(
+    design: ArmDesign | PlatformDesign | RobotLike, tasks: TaskSet, *, q0: ArrayLike | None = None, seed: int = 0
+) -> Evaluation:
+    """How a design does its tasks, by the whole model.
+
+    Args:
+        design: of a `ParametricArm` or `ParametricPlatform`; or any robot, whose links and gears are rigid then.
+        tasks: what it shall do.
+        q0: (P, n) configurations to start the inverse kinematics of an arm from; NaN where there is none.
+        seed: of its other starts; platforms need none.
+
+    Raises:
+        InputError: no serial chain, numbers out of range, obstacles for a platform.
+    """
+    if isinstance(design, PlatformDesign):
+        return evaluate_platform(design, tasks)
+    return evaluate_arm(design, tasks, q0=q0, seed=seed)
+
+
+def measure_designs(
+    designs: Sequence[ArmDesign] | Sequence[PlatformDesign],
+    tasks: TaskSet,
+    names: Sequence[str],
+    *,
+    seed: int = 0,
+    starts: int = 1,
+) -> tuple[dict[str, Floats], JointVector]:
+    """Measures of many designs of one family: arms by the kernels of the family, platforms one by one.
+
+    Args:
+        designs: S of them.
+        tasks: what they shall do; obstacles are left to `evaluate`.
+        names: of `MEASURES`, but `payload`, which is that of single arms.
+        seed: of the starts; equal seeds give equal results.
+        starts: of the inverse kinematics of an arm for every pose; the best conditioned configuration is kept.
+
+    Returns:
+        (S,) each, NaN where poses are missed and the measure means nothing then; and (S, P, n) configurations, NaN
+        where none was found.
+
+    Raises:
+        InputError: an unknown measure.
+    """
+    platforms = [one for one in designs if isinstance(one, PlatformDesign)]
+    require_measures(names, ParametricPlatform if platforms else ParametricArm, "measure")
+    if not platforms:
+        arms = [one for one in designs if isinstance(one, ArmDesign)]
+        return measure_arms(arms, tasks, names, seed=seed, starts=starts)
+    still = tasks if set(IN_CYCLE) & set(names) else replace(tasks, period=None)
+    judged = [evaluate_platform(one, still) for one in platforms]
+    hollow = np.array([1.0 if one.reached.all() else np.nan for one in judged])
+    whole_family = ("reached", "mass")
+    found = {
+        name: np.array([one.measures[name] for one in judged]) * (1.0 if name in whole_family else hollow)
+        for name in names
+    }
+    return found, np.array([one.q for one in judged])
+
+
+def require_measures(names: Iterable[str], family: type[Family], argument: str) -> None:
+    """Refuse what a search cannot measure: the payload of arms, extents of platforms.
+
+    Args:
+        names: of measures.
+        family: what is searched.
+        argument: which has them, for the error.
+
+    Raises:
+        InputError: such a name, or an unknown one.
+    """
+    without = ("reach", "void") if issubclass(family, ParametricPlatform) else ("payload",)
+    known = [name for name in MEASURES if name not in without]
+    for name in names:
+        if name not in known:
+            raise InputError("input.choice", name=argument, value=name, known=", ".join(known))

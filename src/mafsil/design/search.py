@@ -10,8 +10,13 @@ Optimization, 1999, sec. 3.4.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from hashlib import sha256
+from os import PathLike
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -19,20 +24,25 @@ from numpy.typing import ArrayLike
 from scipy.optimize import differential_evolution
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Booleans, Floats, JointVector, number, whole
-from mafsil.design.arm import ArmDesign, Design, Family, ParametricArm
+from mafsil.arrays import Booleans, Floats, JointVector, as_batch, number, whole
+from mafsil.design.arm import Design, ParametricArm
 from mafsil.design.elastic import FlexibleArm
-from mafsil.design.platform import ParametricPlatform, PlatformDesign, evaluate_platform
-from mafsil.design.tasks import IN_CYCLE, MEASURES, Evaluation, TaskSet, evaluate_arm, measure_arms
-from mafsil.errors import InputError, MafsilError
+from mafsil.design.platform import ParametricPlatform, evaluate, measure_designs, require_measures
+from mafsil.design.tasks import IN_CYCLE, MEASURES, Evaluation, TaskSet
+from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
-from mafsil.model.loading import RobotLike
+from mafsil.simulation.many_runs import Executor
+from mafsil.simulation.stored_arrays import read as read_arrays
+from mafsil.version import __version__
+from mafsil.whole_file import write_whole
 
 BROKEN = 1e3
 """Added to the sum of a design that breaks limits: more than any that keeps them, in ranges of the goals."""
 AGREES = 1e-4
 """Share by which a measure of the whole model may differ from that of the search."""
+CHUNK = 8
+"""Designs that an executor measures at once."""
 ADDED = 1e-3
 """Weight of the plain sum beside the largest term: of equal largest terms the better others win."""
 
@@ -105,74 +115,6 @@ class Front(Answer, entries="points", data="goals designs evaluated=count"):
         return "\n".join(lines)
 
 
-def evaluate(
-    design: ArmDesign | PlatformDesign | RobotLike, tasks: TaskSet, *, q0: ArrayLike | None = None, seed: int = 0
-) -> Evaluation:
-    """How a design does its tasks, by the whole model.
-
-    Args:
-        design: of a `ParametricArm` or `ParametricPlatform`; or any robot, whose links and gears are rigid then.
-        tasks: what it shall do.
-        q0: (P, n) configurations to start the inverse kinematics of an arm from; NaN where there is none.
-        seed: of its other starts; platforms need none.
-
-    Raises:
-        InputError: no serial chain, numbers out of range, obstacles for a platform.
-    """
-    if isinstance(design, PlatformDesign):
-        return evaluate_platform(design, tasks)
-    return evaluate_arm(design, tasks, q0=q0, seed=seed)
-
-
-def measure_designs(
-    designs: Sequence[ArmDesign] | Sequence[PlatformDesign],
-    tasks: TaskSet,
-    names: Sequence[str],
-    *,
-    seed: int = 0,
-    starts: int = 1,
-) -> tuple[dict[str, Floats], JointVector]:
-    """Measures of many designs of one family: arms by the kernels of the family, platforms one by one.
-
-    Args:
-        designs: S of them.
-        tasks: what they shall do; obstacles are left to `evaluate`.
-        names: of `MEASURES`, but `payload`, which is that of single arms.
-        seed: of the starts; equal seeds give equal results.
-        starts: of the inverse kinematics of an arm for every pose; the best conditioned configuration is kept.
-
-    Returns:
-        (S,) each, NaN where poses are missed and the measure means nothing then; and (S, P, n) configurations, NaN
-        where none was found.
-
-    Raises:
-        InputError: an unknown measure.
-    """
-    platforms = [one for one in designs if isinstance(one, PlatformDesign)]
-    _require_measures(names, ParametricPlatform if platforms else ParametricArm, "measure")
-    if not platforms:
-        arms = [one for one in designs if isinstance(one, ArmDesign)]
-        return measure_arms(arms, tasks, names, seed=seed, starts=starts)
-    still = tasks if set(IN_CYCLE) & set(names) else replace(tasks, period=None)
-    judged = [evaluate_platform(one, still) for one in platforms]
-    hollow = np.array([1.0 if one.reached.all() else np.nan for one in judged])
-    whole_family = ("reached", "mass")
-    found = {
-        name: np.array([one.measures[name] for one in judged]) * (1.0 if name in whole_family else hollow)
-        for name in names
-    }
-    return found, np.array([one.q for one in judged])
-
-
-def _require_measures(names: Iterable[str], family: type[Family], argument: str) -> None:
-    """Refuse what a search cannot measure: the payload of arms, extents of platforms."""
-    without = ("reach", "void") if issubclass(family, ParametricPlatform) else ("payload",)
-    known = [name for name in MEASURES if name not in without]
-    for name in names:
-        if name not in known:
-            raise InputError("input.choice", name=argument, value=name, known=", ".join(known))
-
-
 def optimise(
     arm: ParametricArm | ParametricPlatform,
     tasks: TaskSet,
@@ -184,6 +126,8 @@ def optimise(
     generations: int = 40,
     starts: int = 1,
     seed: int = 0,
+    resume: str | PathLike[str] | None = None,
+    executor: Executor | None = None,
 ) -> Front:
     """Designs of an arm that do their tasks best: the least of one goal, or a front of several.
 
@@ -198,13 +142,18 @@ def optimise(
         starts: of the inverse kinematics for every pose, the best conditioned configuration is kept: more than one
             where the elbow matters.
         seed: equal seeds give equal results.
+        resume: file (.npz) in which every design that was looked at is kept: a search that was stopped, begun again
+            with it, takes what it has from there and ends with the same result.
+        executor: where designs are measured, such as a `concurrent.futures.ProcessPoolExecutor` or a
+            `dask.distributed.Client`; None for this process. The result is the same to the last bit.
 
     Raises:
         InputError: no free parameter, an unknown goal or limit, numbers out of range.
+        FileError: `resume` names a file that is damaged or of another search.
     """
     bounds = {} if limits is None else {name: number(f"limits.{name}", value) for name, value in limits.items()}
     names = tuple(goals) if not isinstance(goals, str) else (goals,)
-    _require_measures((*names, *bounds), type(arm), "goals")
+    require_measures((*names, *bounds), type(arm), "goals")
     if not arm.free:
         raise InputError("design.nothing_free", name=arm.name)
     if not names:
@@ -217,8 +166,10 @@ def optimise(
     search = _Search(
         arm, tasks, names, bounds, whole("population", population, least=5, most=10_000),
         whole("generations", generations, least=1, most=100_000), whole("seed", seed, least=0),
-        starts,
+        whole("starts", starts, least=1, most=1000), executor,
     )  # fmt: skip
+    if resume is not None:
+        search.recall(Path(resume))
     for k in range(len(names)):
         search.least(np.eye(len(names))[k])
     if len(names) > 1:
@@ -233,9 +184,14 @@ class _Search:
     def __init__(
         self, arm: ParametricArm | ParametricPlatform, tasks: TaskSet, goals: tuple[str, ...],
         limits: Mapping[str, float], population: int, generations: int, seed: int, starts: int,
+        executor: Executor | None,
     ) -> None:  # fmt: skip
         self.arm, self.tasks, self.goals, self.limits = arm, tasks, goals, limits
         self.population, self.generations, self.seed, self.starts = population, generations, seed, starts
+        self.executor = executor
+        self.file: Path | None = None
+        # What is known of designs before they are looked at: (goals..., excess) by their numbers as bytes.
+        self.known = dict[bytes, Floats]()
         self.names = tuple(dict.fromkeys((*goals, *limits, "reached")))
         free = [arm.parameters[name] for name in arm.free]
         self.bounds = [(one.low, one.high) for one in free]
@@ -283,20 +239,75 @@ class _Search:
         sums = (weights * (self.f[kept] - ideal) / span).max(axis=1, initial=-np.inf)
         return self.x[kept][np.argsort(sums, kind="stable")[: self.population // 4]]
 
+    def recall(self, file: Path) -> None:
+        """Know what an earlier search has kept in a file, and keep there what this one looks at.
+
+        Raises:
+            FileError: a damaged file, or one of another arm, other tasks, goals, limits or seeds.
+        """
+        self.file = file
+        if not file.exists():
+            return
+        about, stored = read_arrays(file, ("x", "f", "excess"), ())
+        if about.get("search") != self.fingerprint:
+            raise FileError("design.other_search", path=str(file))
+        for row, f, excess in zip(stored["x"], stored["f"], stored["excess"], strict=True):
+            self.known[row.tobytes()] = np.array([*f, excess])
+
+    @property
+    def fingerprint(self) -> str:
+        """Of all that the measures of a design depend on."""
+        tasks = {one.name: getattr(self.tasks, one.name) for one in fields(self.tasks) if one.name != "scene"}
+        parts = (
+            __version__,
+            self.arm.table,
+            self.arm.parameters,
+            tasks,
+            self.names,
+            self.limits,
+            self.seed,
+            self.starts,
+        )
+        with np.printoptions(threshold=sys.maxsize, precision=17):
+            return sha256(repr((__version__, *parts)).encode()).hexdigest()
+
     def _look(self, rows: Floats) -> tuple[Floats, Floats]:
         """(D, goals) to be made small, and (D,) how far limits are broken, of designs (D, free)."""
+        new = np.array([row for row in rows if row.tobytes() not in self.known]).reshape(-1, rows.shape[1])
+        if len(new):
+            self.known |= {row.tobytes(): value for row, value in zip(new, self._judge(new), strict=True)}
+        values = np.array([self.known[row.tobytes()] for row in rows])
+        f, excess = values[:, :-1], values[:, -1]
+        self.x, self.f = np.concatenate([self.x, rows]), np.concatenate([self.f, f])
+        self.excess = np.concatenate([self.excess, excess])
+        if self.file is not None and len(new):
+            self._keep(self.file)
+        return f, excess
+
+    def _keep(self, file: Path) -> None:
+        x = np.frombuffer(b"".join(self.known), dtype=np.float64).reshape(-1, len(self.bounds))
+        values, about = np.array(list(self.known.values())), np.array(json.dumps({"search": self.fingerprint}))
+        write_whole(file, lambda stream: np.savez(stream, about=about, x=x, f=values[:, :-1], excess=values[:, -1]))
+
+    def _judge(self, rows: Floats) -> Floats:
+        """(D, goals + 1) goals to be made small and how far limits are broken, of designs (D, free)."""
         low, high = np.array(self.bounds).T
-        designs: Any = [self.arm.at(**self._name_values(np.clip(row, low, high))) for row in rows]
-        measured, _ = measure_designs(designs, self.tasks, self.names, seed=self.seed, starts=self.starts)
+        values = [self._name_values(row) for row in np.clip(rows, low, high)]
+        arguments = (self.arm, replace(self.tasks, scene=None), self.names, self.seed, self.starts)
+        if self.executor is None:
+            parts = [_measure(values, *arguments)]
+        else:
+            edges = range(0, len(values), CHUNK)
+            futures = [self.executor.submit(_measure, values[k : k + CHUNK], *arguments) for k in edges]
+            parts = [future.result() for future in futures]
+        measured = dict(zip(self.names, np.hstack(parts), strict=True))
         f = self.signs * np.stack([measured[name] for name in self.goals], axis=1)
         excess = 1.0 - measured["reached"]
         for name, bound in self.limits.items():
             over = (bound - measured[name] if MEASURES[name] else measured[name] - bound) / max(abs(bound), 1e-12)
             excess = excess + np.maximum(np.nan_to_num(over, nan=0.0), 0.0)
         excess = np.where((excess == 0.0) & ~np.isfinite(f).all(axis=1), 1.0, excess)
-        self.x, self.f = np.concatenate([self.x, rows]), np.concatenate([self.f, f])
-        self.excess = np.concatenate([self.excess, excess])
-        return f, excess
+        return np.column_stack([f, excess])
 
     def _name_values(self, row: Floats) -> dict[str, float]:
         return dict(zip(self.arm.free, cast("list[float]", row.tolist()), strict=True))
@@ -311,9 +322,8 @@ class _Search:
 
     def _prove(self, row: Floats, f: Floats) -> FrontPoint:
         values = self._name_values(row)
-        design = self.arm.at(**values)
-        alone: Any = [design]
-        _, q = measure_designs(alone, self.tasks, ("reached",), seed=self.seed, starts=self.starts)
+        design: Any = self.arm.at(**values)
+        _, q = measure_designs([design], self.tasks, ("reached",), seed=self.seed, starts=self.starts)
         judged = evaluate(design, self.tasks, q0=cast("JointVector", q[0]), seed=self.seed)
         found = dict(zip(self.goals, cast("list[float]", (self.signs * f).tolist()), strict=True))
         own = judged.measures
@@ -323,6 +333,39 @@ class _Search:
             for name, bound in self.limits.items()
         )
         return FrontPoint(values, found, judged, same and keeps and bool(judged))
+
+
+def _measure(
+    values: Sequence[Mapping[str, float]], arm: ParametricArm | ParametricPlatform, tasks: TaskSet,
+    names: Sequence[str], seed: int, starts: int,
+) -> Floats:  # fmt: skip
+    """(names, D) measures of the designs of an arm or platform with these values."""
+    designs: Any = [arm.at(**one) for one in values]
+    measured, _ = measure_designs(designs, tasks, names, seed=seed, starts=starts)
+    return np.array([measured[name] for name in names])
+
+
+def hypervolume(f: ArrayLike, reference: ArrayLike) -> float:
+    """Volume between goals (D, goals), small ones being good, and a reference that bounds them: that they dominate.
+
+    Slices along the first goal: between two values of it the rest is the volume of the rows up to there.
+
+    Args:
+        f: rows of goals; rows beyond the reference do not count.
+        reference: (goals,) the worst that counts.
+
+    Reference: While et al., A faster algorithm for calculating hypervolume, IEEE Trans. Evolutionary Computation, 2006.
+    """
+    worst = as_batch("reference", reference, (np.asarray(reference).size,), finite=True)
+    rows = as_batch("f", f, (len(worst),), finite=True).reshape(-1, len(worst))
+    rows = rows[(rows < worst).all(axis=1)]
+    if len(worst) == 1 or not len(rows):
+        return float(worst[0] - rows.min()) if len(rows) else 0.0
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    widths = np.diff(np.append(rows[:, 0], worst[0]))
+    return float(sum(
+        width * hypervolume(rows[: k + 1, 1:], worst[1:]) for k, width in enumerate(widths.tolist()) if width > 0.0
+    ))  # fmt: skip
 
 
 def is_undominated(f: ArrayLike) -> Booleans:
