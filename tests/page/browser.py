@@ -124,6 +124,15 @@ class Browser:
         found = "found.violations.map(one => [one.id, one.nodes.length, one.nodes[0].html.slice(0, 150)])"
         return self.ask(f"axe.run({{iframes: false}}).then(found => {found})")
 
+    def small_targets(self) -> list[str]:
+        """What can be pressed and is less than 24 pixels wide or high, WCAG 2.2, 2.5.8; a field with its label."""
+        pressed = "button, input, select, summary, a[href], textarea, [role=slider]"
+        return self.ask(
+            f"[...document.querySelectorAll('{pressed}')].filter(e => e.checkVisibility()).filter(e => {{"
+            " const b = (e.closest('label') ?? e).getBoundingClientRect(); return b.width < 23.5 || b.height < 23.5;"
+            " }).map(e => e.outerHTML.slice(0, 120))"
+        )
+
     def settled_box(self, selector: str) -> tuple[float, float, float, float]:
         """`box` once two drawn pictures agree on it: what was opened just before may still push others down."""
         seen = self.box(selector)

@@ -72,6 +72,19 @@ def test_tabs_hold_the_cards_and_the_tree_every_link(browser: Browser, ur5e: Pat
     assert browser.ask("document.querySelector('#tree li:nth-child(3) button').ariaPressed") == "false"
 
 
+def test_numbers_in_fields_and_tables_are_seen_whole(browser: Browser, ur5e: Path) -> None:
+    """No minus before a zero; the table of Denavit-Hartenberg fits its card at 1280 pixels."""
+    browser.resize(1280, 800)
+    browser.load(ur5e)
+    browser.ask(f"mafsil.store.do('set_joints', {{ values: {[-1e-9] * 6} }}); mafsil.frame(performance.now())")
+    assert set(browser.ask("[...document.querySelectorAll('.joint input[type=number]')].map(e => e.value)")) == {
+        "0.00000"
+    }
+    browser.ask("mafsil.unfold('dh'); mafsil.frame(performance.now())")
+    assert browser.ask("(e => e.scrollWidth <= e.clientWidth)(document.querySelector('#view-dh .wide'))")
+    assert browser.ask("[...document.querySelectorAll('#view-dh input')].every(e => e.scrollWidth <= e.clientWidth)")
+
+
 def test_the_state_is_an_address(browser: Browser, ur5e: Path) -> None:
     """Joints, view, tab, language and units of one window are those of another that opens its link."""
     browser.resize(1280, 800)

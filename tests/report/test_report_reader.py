@@ -19,6 +19,7 @@ from mafsil.page import Session
 from mafsil.report import write_results
 from mafsil.report.replay import MOST_NUMBERS
 from tests.page.browser import Browser
+from tests.page.test_page_browser import bar_of_a_phone
 
 DRAWN = "document.querySelector('.cursor') && window.mafsil && window.mafsil.timing.frames > 0"
 """That the script of a report has drawn its plots and the arm."""
@@ -264,6 +265,21 @@ def test_on_a_phone_the_arm_stays_in_view_while_its_sliders_move(browser: Browse
         settle(browser)
 
 
+@pytest.mark.parametrize("width", [360, 412])
+def test_a_phone_has_its_bar_in_one_row_and_tables_that_fit(browser: Browser, results: Path, width: int) -> None:
+    browser.resize(width, 800, phone=True)
+    browser.load(results / "report.html", "#t=0.5", DRAWN)
+    bar_of_a_phone(browser)
+    for language in ("en", "ar"):
+        assert browser.ask("[...document.querySelectorAll('.wide')].every(e => e.scrollWidth <= e.clientWidth)")
+        heads = browser.ask("[...document.querySelectorAll('#joints th')].map(e => e.textContent)")
+        cells = browser.ask(
+            "[...document.querySelectorAll('#joints tbody tr:first-child td')].map(e => e.dataset.head)"
+        )
+        assert cells == heads, language
+        browser.ask("mafsil.speak()")
+
+
 def test_the_replay_is_led_by_keys_and_every_control_has_a_name(browser: Browser, results: Path) -> None:
     browser.load(results / "report.html", "#t=0.5", DRAWN)
     nameless = browser.ask(
@@ -341,6 +357,7 @@ def test_no_label_lies_on_another(browser: Browser, results: Path) -> None:
             browser.ask("mafsil.say({ key: 'why_limits', values: { count: 3, excess: '0.1234 rad' } })")
             browser.ask("mafsil.frame(performance.now())")
             shown, found = browser.ask(OVERLAPS)
+            assert browser.ask("document.getElementById('top').clientHeight") <= 60, "the bar is one row"
             assert {"scale", "clock", "move-name", "status"} <= set(shown)
             assert found == []
             browser.ask("mafsil.speak()")

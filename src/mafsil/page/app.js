@@ -68,6 +68,7 @@ export class App {
     click("language", () => this.speak());
     click("home", () => { stage.home(); this.draw(); });
     click("undo", () => this.undo());
+    click("menu", () => byId("menu").setAttribute("aria-expanded", String(byId("top").classList.toggle("open"))));
     click("share", () => this.share());
     click("image", async () => saveFile(`${this.data.robot.name}.png`, await stage.photograph(), "image/png"));
     click("theme", () => this.paintTheme(THEMES[(THEMES.indexOf(store.shown.theme) + 1) % THEMES.length]));

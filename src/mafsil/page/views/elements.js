@@ -74,11 +74,13 @@ export function written(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
+/** A number in a field: so many decimals, no minus before zero. */
+export const decimals = (value, digits) => value.toFixed(digits).replace(/^-(?=[0.]*$)/, "");
+
 /** A number for reading: four decimals, a true minus sign, no minus before zero. */
 export function number(value, digits = 4) {
   if (!Number.isFinite(value)) return value === Infinity ? "∞" : value === -Infinity ? "−∞" : "–";
-  const text = Math.abs(value) >= 1e5 ? value.toExponential(3) : value.toFixed(digits);
-  return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "−");
+  return (Math.abs(value) >= 1e5 ? value.toExponential(3) : decimals(value, digits)).replace("-", "−");
 }
 
 /** Hand a text or a picture to the reader as a file; no request leaves the page. @param {string} name @param {string | Blob} text @param {string} type */

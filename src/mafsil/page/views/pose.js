@@ -3,7 +3,7 @@
 import { view } from "../core/views.js";
 import { isLed } from "../loops/follow.js";
 import { quaternionFrom, quaternionOf, rollPitchYaw, rotationVector } from "../core/rotations.js";
-import { element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
+import { decimals, element, isolated, matrix, number, sentence, symbol, written } from "./elements.js";
 
 const FIELDS = ["x", "y", "z", "roll", "pitch", "yaw"];
 
@@ -46,7 +46,7 @@ view({
       written(quaternion, `(${quaternionOf(T).map((x) => number(x)).join(", ")})`);
       written(vector, `(${rotationVector(T).map((x) => number(x)).join(", ")}) rad`);
       shown().forEach((value, k) => {
-        if (document.activeElement !== fields[k]) fields[k].value = value.toFixed(units[k].digits + 1).replace(/^-(?=[0.]*$)/, "");
+        if (document.activeElement !== fields[k]) fields[k].value = decimals(value, units[k].digits + 1);
       });
     };
   },

@@ -2,7 +2,7 @@
 
 import { view } from "../core/views.js";
 import { hereOf } from "../core/state.js";
-import { element, isolated, number, sentence, written } from "./elements.js";
+import { decimals, element, isolated, number, sentence, written } from "./elements.js";
 
 const FREE = Math.PI; // half the range of a slider without limits [rad]
 const MOST_TURNS = 40, LOOSE = 1e-9; // half turns that a field without limits takes; what typing rounds
@@ -79,7 +79,7 @@ view({
       rows.forEach(({ row, range, field, value, sign, factor, digits }, k) => {
         written(value, `${number(here[k] * factor, digits)} ${sign}`);
         if (Number(range.value) !== here[k]) range.value = here[k];
-        if (document.activeElement !== field) field.value = (here[k] * factor).toFixed(digits);
+        if (document.activeElement !== field) field.value = decimals(here[k] * factor, digits);
         const outside = here[k] < (lower[k] ?? -Infinity) - 1e-9 || here[k] > (upper[k] ?? Infinity) + 1e-9;
         row.classList.toggle("beyond", outside);
         range.setAttribute("aria-valuetext", number(here[k] * factor, digits));

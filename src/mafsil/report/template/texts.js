@@ -12,5 +12,12 @@ export class Texts {
   /** @param {string} code  of the language */
   show(code) {
     for (const slot of this.slots) slot.replaceChildren(...this.kept[code][slot.dataset.slot]);
+    for (const table of document.querySelectorAll(".wide > table")) nameCells(table);
   }
+}
+
+/** What stands above a column in each of its cells, for screens that are too narrow for columns. @param {HTMLTableElement} table */
+function nameCells(table) {
+  const heads = [...table.querySelectorAll("th")].map((head) => head.textContent);
+  for (const row of table.querySelectorAll("tbody tr")) [...row.cells].forEach((cell, k) => { cell.dataset.head = heads[k] ?? ""; });
 }
