@@ -1,7 +1,6 @@
 """A linker for the one kind of object file that our kernels are, so that cached code starts without loading LLVM.
 
-Kernels refer to nothing outside themselves, loops call each other and a few functions of the system, so linking is
-short:
+Kernels call what all of them share, loops call each other and a few functions of the system, so linking is short:
 
 1. Read the table of sections: where each lies in the file, its size, alignment and rights (`_sections`).
 2. Lay out what is needed at run time in one range of memory, code, constants and variables on pages apart (`_layout`).

@@ -26,19 +26,9 @@ from mafsil.kernels.tape import Node, Tape, reorder_nodes
 
 TRIGONOMETRIC = frozenset(("sin", "cos"))
 """Operations that share one reduction of their argument."""
-EXPENSIVE = TRIGONOMETRIC | frozenset(
-    [
-        "tan",
-        "exp",
-        "log",
-        "pow",
-        "asin",
-        "acos",
-        "atan",
-        "atan2",
-        "tanh",
-    ]
-)
+EXPENSIVE = TRIGONOMETRIC | frozenset((
+    "tan", "exp", "log", "pow", "asin", "acos", "atan", "atan2", "tanh",
+))  # fmt: skip
 """Operations made of many instructions; independent ones of a kind are computed side by side."""
 GROUP = 8
 """Most arguments in one group: what the widest vector holds."""

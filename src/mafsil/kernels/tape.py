@@ -13,46 +13,14 @@ from mafsil.errors import KernelError
 from mafsil.expression import Function
 from mafsil.expression.node import Node as Value
 
-UNARY = frozenset(
-    [
-        "neg",
-        "exp",
-        "log",
-        "sqrt",
-        "sin",
-        "cos",
-        "tan",
-        "asin",
-        "acos",
-        "atan",
-        "tanh",
-        "floor",
-        "ceil",
-        "fabs",
-        "sign",
-        "not",
-    ]
-)
-BINARY = frozenset(
-    [
-        "add",
-        "sub",
-        "mul",
-        "div",
-        "pow",
-        "lt",
-        "le",
-        "eq",
-        "ne",
-        "and",
-        "or",
-        "copysign",
-        "if_else_zero",
-        "fmin",
-        "fmax",
-        "atan2",
-    ]
-)
+UNARY = frozenset((
+    "neg", "exp", "log", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "tanh", "floor", "ceil", "fabs", "sign",
+    "not",
+))  # fmt: skip
+BINARY = frozenset((
+    "add", "sub", "mul", "div", "pow", "lt", "le", "eq", "ne", "and", "or", "copysign", "if_else_zero", "fmin",
+    "fmax", "atan2",
+))  # fmt: skip
 FUSED = frozenset(("fma", "fms", "fnma", "fnms"))
 """a*b + c, a*b - c, c - a*b, -(a*b) - c, each rounded once where the target can."""
 OPERATIONS = UNARY | BINARY | FUSED | {"select"}

@@ -87,7 +87,7 @@ def emulate(target: Target, changes: str) -> Target:
     for name, sign in _flags(changes):
         flags[name] = sign
         if sign == "-":
-            flags.update({dependent: "-" for dependent in flags if dependent in _needs(name, flags)})
+            flags.update(dict.fromkeys(_needs(name, flags), "-"))
     joined = ",".join(sign + name for name, sign in sorted(flags.items()))
     return describe_target(target.triple, target.cpu, joined)
 

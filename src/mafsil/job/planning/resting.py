@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from functools import cache
 from itertools import product
 from math import prod
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.code_store import digest_of, kept_array
 from mafsil.errors import MafsilError, ModelError
 from mafsil.job.tolerances import LEAST_DEXTERITY, MOVES_TIP
+from mafsil.kernels.identity import code_hash
 from mafsil.lazy_module import lazily
 from mafsil.model import JointKind, JointLimits, Mechanism
 from mafsil.model.appearance import reach
@@ -96,14 +96,17 @@ def home_configuration(robot: Robot) -> JointVector:
     rest = starting_place(robot)
     if robot.n == 0:
         return rest
-    words = "home", _source(), fingerprint(robot.mechanism), robot.limits.lower, robot.limits.upper
+    words = "home", _grading(), fingerprint(robot.mechanism), robot.limits.lower, robot.limits.upper, rest
     best = kept_array(digest_of(*words), lambda: _home_candidates(robot, rest))
     return next(iter(_free_of_itself(robot, best)), rest)
 
 
 @cache
-def _source() -> bytes:
-    return Path(__file__).read_bytes()
+def _grading() -> str:
+    """The code and the numbers by which homes are graded."""
+    functions = _home_candidates, _round_coordinates, _grade, _dexterity, _outside
+    numbers = ROUND_ANGLES, SHARES, MARGIN, FORWARD, HIGH, MOST_CANDIDATES, KEPT, LEAST_DEXTERITY, MOVES_TIP
+    return repr([*(code_hash(each.__code__, set()) for each in functions), *numbers])
 
 
 def _home_candidates(robot: Robot, rest: JointVector) -> Floats:
