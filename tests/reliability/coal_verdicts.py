@@ -118,7 +118,7 @@ def awkward_pairs(seed: int, count: int) -> dict[str, int]:
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     for _ in range(count):
         scale = 10.0 ** rng.uniform(-5.0, 5.0) if rng.random() < 0.3 else 1.0
-        a, b, T_a, T_b = _awkward(rng, scale), _awkward(rng, scale), _placed(rng, scale), _placed(rng, scale)
+        a, b, T_a, T_b = _some_body(rng, scale), _some_body(rng, scale), _some_pose(rng, scale), _some_pose(rng, scale)
         if rng.random() < 0.15:
             T_b = T_a
         if rng.random() < 0.3:
@@ -144,7 +144,7 @@ def _is_right(found: collision.Separation, a: object, T_a: np.ndarray, b: object
     return bool(exact and off <= NORMAL * size)
 
 
-def _awkward(rng: np.random.Generator, scale: float):
+def _some_body(rng: np.random.Generator, scale: float):
     """A ball, capsule, box, cylinder, cone or hull; some with sides a hundredth of the others, or flat."""
     x, y, z = (scale * 10.0 ** rng.uniform(-2.5 if rng.random() < 0.4 else -0.5, 0.0, 3)).tolist()
     kind = int(rng.integers(6))
@@ -158,7 +158,7 @@ def _awkward(rng: np.random.Generator, scale: float):
     return makes[kind]()
 
 
-def _placed(rng: np.random.Generator, scale: float) -> np.ndarray:
+def _some_pose(rng: np.random.Generator, scale: float) -> np.ndarray:
     """(1, 4, 4) a pose: anywhere, by quarter turns, about one axis, or all but parallel to the axes."""
     T, kind = random_poses(1, 0.7, int(rng.integers(2**31))), int(rng.integers(4))
     if kind > 0:

@@ -4,7 +4,7 @@ call      mf.collision.Checker(robot, scene): free, check, distance, segment
 computed  `checker` holds `arm_in_scene`; `layout` packs shapes for the loops, `shapes` and `scene`
           are what users write
 compiled  `meeting_loops` (states), `segment_loops` (proofs of motions), `distance_loops`, `gjk_loops`,
-          `depth_loops`
+          `depth_loops`, `feature_loops`
 tested    tests/collision, tests/reliability/coal_verdicts.py, coal_paths.py
 """
 

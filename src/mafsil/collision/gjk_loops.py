@@ -22,20 +22,14 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.collision.piece_loops import BOX, CONE, CYLINDER, HULL, SEGMENT, corner, furthest
-from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.kernels.loops.loop import compiled, inlined
+from mafsil.collision.feature_loops import feature_distance
+from mafsil.collision.piece_loops import CONE, CYLINDER, corner
+from mafsil.kernels.loops.loop import compiled
 
 STEPS = 200
 ROUND = CYLINDER, CONE
 GUESSES, NEAR = 3, 0.05
 """Times that features are guessed at most, and the gap of the bounds, relative to the distance, from which on."""
-ALONG = 0.05
-"""Sine of the angle to a direction below which an edge or a side is guessed to lie across it."""
-TURNED = 1e-14
-"""Square of the angle of the last step of Newton's method: its own error is smaller by far."""
-TURNS = 6
-"""Steps of Newton's method at most."""
 GAP = 1e-12
 """Gap of the bounds, relative to the size of the difference, at which the distance is found."""
 CONTACT = 1e-13
@@ -112,150 +106,12 @@ def core_distance(
             return 0.0, 0.0, count
         if tries > 0 and upper - lower < NEAR * upper:  # 6
             tries -= 1
-            least, most = _smooth_distance(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, v, W)
+            least, most = feature_distance(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, v, W)
             if most - least <= GAP * np.sqrt(largest):
                 for k in range(6):
-                    W[5, k] = W[11, k]
+                    W[5, k] = W[13, k]
                 return max(least, lower), most, count
     return max(lower, 0.0), upper, count
-
-
-@inlined
-def _feature(kind: int, size: Floats, x: float, y: float, z: float) -> int:
-    """What of a core reaches furthest along a unit direction.
-
-    0 for a corner or a place of a rim, 1 to 3 for an edge along that axis, -1 for what is flat or not known.
-    """
-    across = np.sqrt(x * x + y * y)
-    if kind == HULL:
-        return -1
-    if kind == CONE:
-        slant = 2.0 * size[2] * z - size[0] * across
-        flat = abs(slant) < ALONG * (2.0 * size[2] + size[0]) or (across < ALONG and z < 0.0)
-        return -1 if flat else 0
-    if kind == BOX:
-        edges = int(abs(x) < ALONG) + int(abs(y) < ALONG) + int(abs(z) < ALONG)
-        axis = 1 if abs(x) < ALONG else 2 if abs(y) < ALONG else 3
-        return -1 if edges > 1 else axis * edges
-    if kind == CYLINDER and across < ALONG:
-        return -1
-    return 3 if kind in (SEGMENT, CYLINDER) and abs(z) < ALONG else 0
-
-
-@inlined
-def _bend(kind: int, size: Floats, x: float, y: float, z: float) -> float:
-    """How far the furthest place of a core moves per angle that the direction turns about the core's axis."""
-    across = np.sqrt(x * x + y * y)
-    turns = kind == CYLINDER or (kind == CONE and 2.0 * size[2] * z < size[0] * across)
-    return size[0] / across if turns and across > 0.0 else 0.0
-
-
-@compiled
-def _smooth_distance(
-    kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
-    M: Floats, v: Floats, W: Floats,
-) -> tuple[float, float]:  # fmt: skip
-    """Bounds of the distance, from the features that face each other; points in row 11 of W.
-
-    The reach H(m) of A - B along a unit direction m is least where its gradient, the furthest corner w of A - B, lies
-    along m. Across the edges among the features, and with the bends of rims, its second derivative is known:
-
-    1. Without edges m turns about two axes across it, with one about that edge; two edges say what it is.
-    2. What w lacks to lie along m is made up along the edges; beyond their ends the guess was wrong.
-
-    Args:
-        kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, W: as in `core_distance`.
-        v: from the point of B to the point of A that are nearest so far.
-
-    Returns:
-        Lower and upper bound; the latter infinite where the guess was wrong.
-    """
-    length = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-    x, y, z = -v[0] / length, -v[1] / length, -v[2] / length
-    u, p, q = _in_b(M, x, y, z)
-    edge_a, edge_b = _feature(kind_a, size_a, x, y, z), _feature(kind_b, size_b, -u, -p, -q)
-    if edge_a < 0 or edge_b < 0:
-        return 0.0, np.inf
-    ex, ey, ez = float(edge_a == 1), float(edge_a == 2), float(edge_a == 3)
-    fx, fy, fz = 0.0, 0.0, 0.0
-    if edge_b > 0:
-        fx, fy, fz = M[0, edge_b - 1], M[1, edge_b - 1], M[2, edge_b - 1]
-    if edge_a > 0 and edge_b > 0:  # 1
-        cx, cy, cz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
-        sine = np.sqrt(cx * cx + cy * cy + cz * cz)
-        if sine < ALONG:
-            return 0.0, np.inf
-        side = np.copysign(1.0, cx * x + cy * y + cz * z) / sine
-        x, y, z = side * cx, side * cy, side * cz
-    gx, gy, gz = ex + fx, ey + fy, ez + fz
-    one, reach, ax, ay, az, bx, by, bz = (edge_a > 0) != (edge_b > 0), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for _ in range(TURNS):
-        if one:
-            out = gx * x + gy * y + gz * z
-            x, y, z = x - out * gx, y - out * gy, z - out * gz
-        share = 1.0 / np.sqrt(x * x + y * y + z * z)
-        x, y, z = share * x, share * y, share * z
-        u, p, q = _in_b(M, x, y, z)
-        ax, ay, az = furthest(kind_a, size_a, vertices_a, x, y, z)
-        bx, by, bz = furthest(kind_b, size_b, vertices_b, -u, -p, -q)
-        ax, ay, az = ax * (edge_a != 1), ay * (edge_a != 2), az * (edge_a != 3)
-        bx, by, bz = bx * (edge_b != 1), by * (edge_b != 2), bz * (edge_b != 3)
-        bx, by, bz = (
-            M[0, 0] * bx + M[0, 1] * by + M[0, 2] * bz + M[0, 3],
-            M[1, 0] * bx + M[1, 1] * by + M[1, 2] * bz + M[1, 3],
-            M[2, 0] * bx + M[2, 1] * by + M[2, 2] * bz + M[2, 3],
-        )
-        wx, wy, wz = ax - bx, ay - by, az - bz
-        reach = wx * x + wy * y + wz * z
-        if edge_a > 0 and edge_b > 0:
-            break
-        # Axes across m: the edge, or any; and what is across both.
-        ox, oy, oz = (gx, gy, gz) if one else (0.0, z, -y) if abs(x) < 0.6 else (-z, 0.0, x)
-        share = 1.0 / np.sqrt(ox * ox + oy * oy + oz * oz)
-        ox, oy, oz = share * ox, share * oy, share * oz
-        tx, ty, tz = oy * z - oz * y, oz * x - ox * z, ox * y - oy * x
-        bend_a, bend_b = _bend(kind_a, size_a, x, y, z), _bend(kind_b, size_b, -u, -p, -q)
-        share_a, share_b = x * x + y * y, u * u + p * p
-        bend_a, bend_b = bend_a / max(share_a, LEAST_DIVISOR), bend_b / max(share_b, LEAST_DIVISOR)
-        rx, ry, rz = M[0, 2], M[1, 2], M[2, 2]
-        rx, ry, rz = ry * z - rz * y, rz * x - rx * z, rx * y - ry * x
-        at, bt = tx * -y + ty * x, tx * rx + ty * ry + tz * rz
-        ao, bo = (ox * -y + oy * x, ox * rx + oy * ry + oz * rz) if not one else (0.0, 0.0)
-        tt = bend_a * at * at + bend_b * bt * bt - reach
-        to, oo = bend_a * at * ao + bend_b * bt * bo, bend_a * ao * ao + bend_b * bo * bo - reach
-        slope_t = wx * tx + wy * ty + wz * tz
-        slope_o = wx * ox + wy * oy + wz * oz if not one else 0.0
-        scale = tt * oo - to * to
-        if not scale > 0.0 or not reach < 0.0:
-            return 0.0, np.inf
-        turn_t, turn_o = (to * slope_o - oo * slope_t) / scale, (to * slope_t - tt * slope_o) / scale
-        x, y, z = x + turn_t * tx + turn_o * ox, y + turn_t * ty + turn_o * oy, z + turn_t * tz + turn_o * oz
-        if turn_t * turn_t + turn_o * turn_o < TURNED:
-            break
-    wx, wy, wz = ax - bx, ay - by, az - bz  # 2
-    on_a, on_b, c = wx * ex + wy * ey + wz * ez, wx * fx + wy * fy + wz * fz, ex * fx + ey * fy + ez * fz
-    on_a, on_b = (on_a - c * on_b) / (1.0 - c * c), (on_b - c * on_a) / (1.0 - c * c)
-    if (edge_a > 0 and abs(on_a) > size_a[edge_a - 1]) or (edge_b > 0 and abs(on_b) > size_b[edge_b - 1]):
-        return 0.0, np.inf
-    ax, ay, az = ax - on_a * ex, ay - on_a * ey, az - on_a * ez
-    bx, by, bz = bx + on_b * fx, by + on_b * fy, bz + on_b * fz
-    W[11, 0], W[11, 1], W[11, 2], W[11, 3], W[11, 4], W[11, 5] = ax, ay, az, bx, by, bz
-    wx, wy, wz = ax - bx, ay - by, az - bz
-    length = np.sqrt(wx * wx + wy * wy + wz * wz)
-    if not length > 0.0:
-        return 0.0, np.inf
-    corner(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, -wx, -wy, -wz, W[12])
-    return (wx * W[12, 0] + wy * W[12, 1] + wz * W[12, 2]) / length, length
-
-
-@inlined
-def _in_b(M: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A direction in the frame of B."""
-    return (
-        M[0, 0] * x + M[1, 0] * y + M[2, 0] * z,
-        M[0, 1] * x + M[1, 1] * y + M[2, 1] * z,
-        M[0, 2] * x + M[1, 2] * y + M[2, 2] * z,
-    )
 
 
 @compiled
