@@ -7,8 +7,9 @@ ssik's forward kinematics: one pose, 32 poses and `--poses` poses at once; rando
 lists are compared before anything is timed, ours checked by the rival's forward kinematics; "lost" counts the poses
 whose planted configuration did not come back. The elimination alone stands below to explain. ssik takes one pose a
 call; its options are bound outside the clock. Preparation is that of a new arm in a process that has solved another one
-before; ssik's is its derivation from axes, published as minutes and not run here. All on one thread. Seven joints have
-a benchmark of their own, `ik_redundant.py`.
+before; ssik's is its derivation from axes, published as minutes and not run here. All on one thread. Where
+crx-kinematics (Rust, for this arm alone, not among the dependencies) is installed, the CRX-10iA is raced with it too,
+each at poses of its own frames. Seven joints have a benchmark of their own, `ik_redundant.py`.
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ SIX = {
     "xarm6": "ufactory.xarm6_ik",
 }
 TARGETS = (5.0, 30.0)
+CRX_TARGETS = (1.5, 10.0)
 SOME = 32
 
 
@@ -110,6 +112,8 @@ def _six(name: str, poses: int, found: Comparisons) -> dict[str, str]:
         repeats=7,
         seconds=0.1,
     )
+    if name == "crx10ia":
+        _race_crx(robot, T, found)
     count = {"some": min(SOME, poses), "all": poses, "alone, all": poses}
     each = {key: value.least / count.get(key, 1) for key, value in times.items()}
     for key, size, goal in (("one", 1, TARGETS[0]), ("some", SOME, None), ("all", poses, TARGETS[1])):
@@ -131,6 +135,30 @@ def _six(name: str, poses: int, found: Comparisons) -> dict[str, str]:
         "ssik solutions": f"{np.mean([len(_distinct(s)) for s in theirs]):.3f}",
         "ssik lost": f"{sum(_apart(s, x) > 1e-4 for s, x in zip(theirs, q, strict=False))} of {few}",
     }
+
+
+def _race_crx(robot: Robot, T: Floats, found: Comparisons) -> None:
+    """The CRX-10iA beside the solver that is made for it, if that is installed."""
+    try:
+        arm = import_module("crx_kinematics").Crx.crx10ia()
+    except ImportError:
+        return
+    few = min(len(T), 200)
+    theirs = cycle([np.asarray(arm.fk(x)) for x in np.random.default_rng(1).uniform(-180, 180, (few, 6))])
+    ours = cycle(T[:few])
+    times = race(
+        {
+            "one": lambda: inverse_kinematics(robot, next(ours)),
+            "all": lambda: inverse_kinematics(robot, T),
+            "crx": lambda: arm.ik(next(theirs)),
+        },
+        repeats=7,
+        seconds=0.1,
+    )
+    rival = 1e6 * times["crx"].least
+    for key, size, goal in zip(("one", "all"), (1, len(T)), CRX_TARGETS, strict=True):
+        call = f"mf.inverse_kinematics(robot, T), {size:,} pose{'s' * (size > 1)}"
+        found.add(call, "crx10ia", 1e6 * times[key].least / size, "crx-kinematics", rival, goal)
 
 
 def _apart(found: Floats, q: Floats) -> float:

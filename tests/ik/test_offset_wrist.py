@@ -13,6 +13,7 @@ from mafsil.ik.general import GeneralSix
 from mafsil.ik.general.findings import Findings
 from mafsil.ik.general.offset_wrist import offset_wrist
 from mafsil.ik.general.solver import _product
+from mafsil.ik.result import IKStatus
 
 X, Y, Z = np.eye(3)
 ARMS = {
@@ -169,6 +170,22 @@ def test_one_pose_and_many_give_the_same_answer(name):
         np.testing.assert_allclose(np.sort(one.q[:, 0]), np.sort(many.q[i][many.valid[i]][:, 0]), atol=1e-9)
         np.testing.assert_allclose(robot.forward_kinematics(one.q), np.broadcast_to(T[i], (len(one), 4, 4)), atol=1e-12)
         assert np.abs(one.q - q0).max() <= np.pi + 1e-12
+
+
+@pytest.mark.parametrize("name", ["crx10ia", "xarm6", "jaco2"])
+@pytest.mark.capability("07-44", "07-1")
+def test_out_of_reach_is_proven_and_said(name):
+    robot = CASES[name]
+    T = robot.forward_kinematics(np.random.default_rng(6).uniform(-np.pi, np.pi, (20, 6)))
+    T[:, :3, 3] += 9.0
+    many = inverse_kinematics(robot, T)
+    for i in range(len(T)):
+        one = inverse_kinematics(robot, T[i])
+        assert not one
+        assert len(one) == 0
+        assert one.complete
+        assert one.status is many[i].status is IKStatus.OUT_OF_REACH
+        assert one.explain() == many[i].explain()
 
 
 def test_a_pose_that_is_rounded_is_not_taken_as_it_is():

@@ -11,7 +11,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
 from mafsil.ik.answers.eliminated import elimination_set, judge
 from mafsil.ik.answers.lists import complete, refined_lists
-from mafsil.ik.answers.question import Question
+from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.setting import CLEAR, Quick, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
@@ -94,7 +94,7 @@ class OffsetPoses:
         self.setting, self.wrist = setting, wrist
 
     def proven(self, T: PoseMatrix, q0: JointVector | None, tolerance: float) -> SolutionSet | None:
-        """The complete list of one pose; None where it is not proven, or empty.
+        """The complete list of one pose; None where it is not proven.
 
         Args:
             T: (4, 4) requested pose.
@@ -103,12 +103,13 @@ class OffsetPoses:
         """
         setting, poses, others = self.setting, T[None].copy(), None if q0 is None else q0.copy()
         lists, own = self.wrist.solve_poses(poses), setting.middle if others is None else setting.part.own(others)
-        if not len(lists.q):
+        # Within a wide tolerance the nearest configuration may do where none is exact.
+        if lists.counts[0] < 0 or (not lists.counts[0] and tolerance > LOOSE):
             return None
         judged = judge(setting, lists.q, poses, lists.rows, own)
         if judged.worst > CLEAR:
             return None
-        return elimination_set(Question(setting, poses[0], own, tolerance, others), judged, isolated=True)
+        return elimination_set(Question(setting, poses[0], own, tolerance, others), judged, isolated=len(lists.q) > 0)
 
 
 def offset_poses(setting: Setting) -> OffsetPoses | None:

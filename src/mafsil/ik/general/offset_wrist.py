@@ -134,7 +134,7 @@ def _dimensions(chain: Chain) -> tuple[Floats, Floats, bool]:
     normal = np.cross(e, y)
     sine, cosine = float(np.linalg.norm(normal)), float(e @ y)
     n: Floats = normal / sine
-    along: Floats = np.linalg.solve(np.stack([e, -y, normal], axis=1), r2 - r1)
+    along = np.asarray(np.linalg.solve(np.stack([e, -y, normal], axis=1), r2 - r1), dtype=np.float64)
     origin: Floats = r1 + along[0] * e
     shoulder: Floats = r2 + along[1] * y
     plane: Floats = np.stack([n, np.cross(n, y)])
