@@ -76,7 +76,7 @@ def _load(load: Load, *, changed: bool) -> Iterator[Instruction]:
 def _steps(job: Job, leg: Leg, lost: list[Remark]) -> Iterator[Instruction]:
     move, name = job.move[leg.index], visible(leg.name) or str(leg.index + 1)
     motion = leg.trajectory
-    lost += not_carried(job, leg)
+    lost += lost_keys(job, leg)
     if leg.frame:
         lost.append(Remark("warning", "job.program_key", {"move": name, "key": f"frame {visible(leg.frame)}"}))
     end = motion.at(motion.duration).u
@@ -146,7 +146,7 @@ def _tip_paths(job: Job, leg: Leg) -> Iterator[Instruction]:
         here = goal
 
 
-def not_carried(job: Job, leg: Leg, keys: tuple[str, ...] = NOT_CARRIED) -> Iterator[Remark]:
+def lost_keys(job: Job, leg: Leg, keys: tuple[str, ...] = NOT_CARRIED) -> Iterator[Remark]:
     """Keys of moves for which a language has no instruction, or another one on each controller.
 
     Args:

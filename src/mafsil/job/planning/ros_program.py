@@ -16,7 +16,7 @@ from mafsil.errors import InputError
 from mafsil.geometry.quaternion import to_quaternion
 from mafsil.job.language.description import Job
 from mafsil.job.planning.controller_program import Program, language_of, write_program
-from mafsil.job.planning.instructions import not_carried
+from mafsil.job.planning.instructions import lost_keys
 from mafsil.job.planning.plan import Leg, Plan
 from mafsil.job.remark import Remark
 from mafsil.messages.visible import visible
@@ -56,7 +56,7 @@ def _ros_program(job: Job, plan: Plan) -> Program:
     events = [event for leg, start in zip(plan.legs, plan.starts, strict=False) for event in _events(job, leg, start)]
     comments = "".join(f"# at {time:.6g} s: {words}\n" for time, words in events)
     lost = [Remark("warning", "job.program_events", {"count": len(events)})] if events else []
-    lost += [remark for leg in plan.legs for remark in not_carried(job, leg, LOST)]
+    lost += [remark for leg in plan.legs for remark in lost_keys(job, leg, LOST)]
     obstacles = () if plan.surroundings is None else plan.surroundings.obstacles
     objects = {each.name: _collision_object(each, robot.mechanism.links[0].name) for each in obstacles}
     lost += [
