@@ -353,3 +353,25 @@ def test_the_command_writes_trajectory_and_scene(tmp_path, capsys):
     assert "cell.scene.yaml" in capsys.readouterr().out
     assert len(yaml.safe_load((tmp_path / "cell.scene.yaml").read_text())["world"]["collision_objects"]) == 6
     assert yaml.safe_load(out.read_text())["points"]
+
+
+@pytest.mark.parametrize("ending", [".src", ".script", ".mod", ".yaml"])
+def test_process_forces_and_searches_are_listed_as_lost_in_every_language(ending):
+    text = """
+robot = "ur5e"
+[input.probe]
+changes = [[0.9, true]]
+[start]
+joints = [0.0, -1.5, 1.5, -1.5, -1.5, 0.0]
+[[move]]
+pose = { relative = "space", position = [0.0, 0.0, -0.05] }
+path = "line"
+process_wrench = [0, 0, 0, 0, 0, -5]
+[[move]]
+pose = { relative = "space", position = [0.0, 0.0, -0.1] }
+path = "line"
+until = { probe = true }
+"""
+    job = parse_job(text)
+    lost = program_for(job, prepare(job, text, Path())[1], ending).lost
+    assert {"process_wrench", "until"} <= {one.details.get("key") for one in lost}

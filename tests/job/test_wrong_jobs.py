@@ -210,15 +210,15 @@ WRONG: dict[str, tuple[str, int, str]] = {
         4,
         "turn the path, or take task='position'",
     ),
-    "a blend longer than the move": (
-        U + '[[move]]\nname = "a"\njoints = [10, -80, 80, -90, -90, 0]\nblend = 90.0\n' + J,
+    "a blend before a pause": (
+        U + '[[move]]\nname = "a"\njoints = [10, -80, 80, -90, -90, 0]\nblend = 0.1\n[[move]]\npause = 1.0\n' + J,
         8,
-        "keys that have one: name",
+        "with nothing between",
     ),
     "a blend at the end": (
         U + '[[move]]\nname = "last"\njoints = [10, -80, 80, -90, -90, 0]\nblend = 0.1\n',
         8,
-        "keys that have one: name",
+        "with nothing between",
     ),
     "a profile that does not exist": (
         H + '[[move]]\njoints = [0.5, 0.5]\nprofile = "cubicle"\n',

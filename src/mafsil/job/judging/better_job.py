@@ -57,7 +57,7 @@ def better_job(job: Job, text: str, plan: Plan, found: LogComparison, replan: Re
     remarks, missed = list[Remark](), [one for one in found.remarks if one.key == "job.log_missed"]
     changed = _with_load(job, text, found, remarks) if abs(found.payload) >= LEAST_MASS else text
     if missed:
-        ours = missed_targets(job, plan, *_driven(plan, found))
+        ours = missed_targets(job, plan, *_predict_tracking(plan, found))
         if [one.details["move"] for one in ours] != [one.details["move"] for one in missed]:
             return BetterJob("", (Remark("warning", "job.better_unknown", {"count": len(missed)}),))
         slower = _slower(job, changed, plan.legs[0].load.robot, found, replan)
@@ -77,7 +77,7 @@ def _slower(job: Job, text: str, robot: Robot, found: LogComparison, replan: Rep
     for share in SHARES:
         changed = _with_share(job, text, robot, share)
         planned = replan(changed)
-        if planned is not None and not missed_targets(*planned, *_driven(planned[1], found)):
+        if planned is not None and not missed_targets(*planned, *_predict_tracking(planned[1], found)):
             return changed, share, planned[1].cycle
     return None
 
@@ -94,7 +94,7 @@ def _with_share(job: Job, text: str, robot: Robot, share: float) -> str:
     return text
 
 
-def _driven(plan: Plan, found: LogComparison) -> tuple[Floats, Floats]:
+def _predict_tracking(plan: Plan, found: LogComparison) -> tuple[Floats, Floats]:
     """Times (k,) and coordinates (k, n) of the arm on a plan, late, yielding and displaced as in the log."""
     t = np.unique(np.concatenate([np.arange(0.0, plan.duration, 4e-3), plan.starts]))
     at = {shift: positions(plan, np.clip(t + shift, 0.0, plan.duration)) for shift in (-STEP, 0.0, STEP)}

@@ -76,7 +76,9 @@ def _load(load: Load, *, changed: bool) -> Iterator[Instruction]:
 def _steps(job: Job, leg: Leg, lost: list[Remark]) -> Iterator[Instruction]:
     move, name = job.move[leg.index], visible(leg.name) or str(leg.index + 1)
     motion = leg.trajectory
-    lost += _not_carried(job, leg)
+    lost += lost_keys(job, leg)
+    if leg.frame:
+        lost.append(Remark("warning", "job.program_key", {"move": name, "key": f"frame {visible(leg.frame)}"}))
     end = motion.at(motion.duration).u
     if leg.kind in ("pause", "pick", "place", "tool") and not leg.frame:
         yield Instruction("pause", np.array([motion.duration]))
@@ -144,14 +146,16 @@ def _tip_paths(job: Job, leg: Leg) -> Iterator[Instruction]:
         here = goal
 
 
-def _not_carried(job: Job, leg: Leg) -> Iterator[Remark]:
-    """Keys of moves for which the languages have no instruction here, or another one on each controller."""
+def lost_keys(job: Job, leg: Leg, keys: tuple[str, ...] = NOT_CARRIED) -> Iterator[Remark]:
+    """Keys of moves for which a language has no instruction, or another one on each controller.
+
+    Args:
+        job: with the moves.
+        leg: of its plan.
+        keys: that the language does not have.
+    """
+    name = visible(leg.name) or str(leg.index + 1)
     for move in _moves_of(job, leg):
-        for key in ("outputs", "until", "until_force", "process_wrench"):
+        for key in keys:
             if getattr(move, key):
-                yield Remark(
-                    "warning", "job.program_key", {"move": visible(leg.name) or str(leg.index + 1), "key": key}
-                )
-    if leg.frame:
-        details = {"move": visible(leg.name) or str(leg.index + 1), "key": f"frame {visible(leg.frame)}"}
-        yield Remark("warning", "job.program_key", details)
+                yield Remark("warning", "job.program_key", {"move": name, "key": key})

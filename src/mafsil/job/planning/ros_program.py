@@ -16,6 +16,7 @@ from mafsil.errors import InputError
 from mafsil.geometry.quaternion import to_quaternion
 from mafsil.job.language.description import Job
 from mafsil.job.planning.controller_program import Program, language_of, write_program
+from mafsil.job.planning.instructions import lost_keys
 from mafsil.job.planning.plan import Leg, Plan
 from mafsil.job.remark import Remark
 from mafsil.messages.visible import visible
@@ -26,6 +27,8 @@ from mafsil.trajectory.files.exporting import as_yaml, sample_trajectory
 ENDINGS = (".yaml", ".yml")
 RATE = 125.0
 """Points of the trajectory per second [Hz]; a controller of ros2_control joins them by quintics."""
+LOST = ("until", "until_force", "process_wrench")
+"""Keys of moves that neither the trajectory nor its comments say."""
 BOX, SPHERE, CYLINDER, CONE = 1, 2, 3, 4
 """Types of shape_msgs/SolidPrimitive."""
 
@@ -53,6 +56,7 @@ def _ros_program(job: Job, plan: Plan) -> Program:
     events = [event for leg, start in zip(plan.legs, plan.starts, strict=False) for event in _events(job, leg, start)]
     comments = "".join(f"# at {time:.6g} s: {words}\n" for time, words in events)
     lost = [Remark("warning", "job.program_events", {"count": len(events)})] if events else []
+    lost += [remark for leg in plan.legs for remark in lost_keys(job, leg, LOST)]
     obstacles = () if plan.surroundings is None else plan.surroundings.obstacles
     objects = {each.name: _collision_object(each, robot.mechanism.links[0].name) for each in obstacles}
     lost += [
