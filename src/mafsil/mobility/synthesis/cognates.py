@@ -22,9 +22,9 @@ from mafsil.messages.tables import table
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.synthesis.answers import rank_candidates, rows_of
 from mafsil.mobility.synthesis.candidate import Candidate, candidate
+from mafsil.mobility.synthesis.dyads import Complexes, as_complex, as_points
 from mafsil.mobility.synthesis.fitting import Positions
-from mafsil.mobility.synthesis.poses import Complexes, as_complex, as_points
-from mafsil.mobility.synthesis.tolerances import EXACT, ILL_CONDITIONED, NO_LENGTH
+from mafsil.mobility.tolerances import EXACT, ILL_CONDITIONED, NO_LENGTH
 
 SIDES = 3
 """Four-bars that draw one coupler curve."""

@@ -31,7 +31,7 @@ from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.crank_chain import ChainSynthesis, Placed, rank_chains
 from mafsil.mobility.synthesis.five_poses import curve_pairs, five_pose_pairs
 from mafsil.mobility.synthesis.function_task import angle_pairs, freudenstein_ratios, is_free, rocker_lines
-from mafsil.mobility.synthesis.tolerances import NO_LENGTH, SAME_GROUND, SAME_POSE, UNDETERMINED
+from mafsil.mobility.tolerances import NO_LENGTH, SAME_GROUND, SAME_POSE, UNDETERMINED
 
 
 @dataclass(frozen=True, eq=False)
