@@ -196,7 +196,7 @@ WRITTEN = (
 )
 """One valid value of every public class that users write themselves; what stands under a name is driven."""
 MADE = (
-    "ArmDesign FrontPoint Provenance "
+    "ArmDesign FrontPoint Provenance SixBar "
     "Slider ActuatorKind AdaptiveControl AdmittanceControl Annulus BindingLimit BlendedLines BodyPoints BranchChange "
     "Branches Budget BurmesterCurves CellDecomposition Change Check Condition ConstrainedDynamics ContactPair "
     "ContactSwitch CornerBlend Crossing CurrentLoopLaw Delayed DeterminantFactors Detour DrivenTrajectory Dyad "
