@@ -27,7 +27,7 @@ _mafsil() {
         mobility) words='--q --rule --play --locked-joints --actuated --subsets --surfaces --picture --json --lang --no-color --debug --help planar spherical spatial' ;;
         linkage) words='--turn --crank --speed --rows --picture --out --json --lang --no-color --debug --help' ;;
         parallel) words='--pose --motors --load --ways --degrees --picture --json --lang --no-color --debug --help' ;;
-        synthesis) words='--candidate --picture --json --lang --no-color --debug --help' ;;
+        synthesis) words='--candidate --cognates --picture --json --lang --no-color --debug --help' ;;
         grasp) words='--facets --steps --fingers --mu --gamma --opening --length --about --clearance --push --picture --json --lang --no-color --debug --help' ;;
         lint) words='--fix --only --xacro-arg --model --json --lang --no-color --debug --help arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e' ;;
         verify) words='--tip --against --states --seed --lock --tool --payload --xacro-arg --model --base --gravity --json --lang --no-color --debug --help pinocchio mujoco arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e' ;;

@@ -427,6 +427,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from parallel' -l debug
 complete -c mafsil -n '__fish_seen_subcommand_from parallel' -l help
 complete -c mafsil -n __fish_use_subcommand -a synthesis -d 'synthesis of linkages for poses, points or a function: all solutions, circuits, branches, transmission angles'
 complete -c mafsil -n '__fish_seen_subcommand_from synthesis' -l candidate
+complete -c mafsil -n '__fish_seen_subcommand_from synthesis' -l cognates
 complete -c mafsil -n '__fish_seen_subcommand_from synthesis' -l picture
 complete -c mafsil -n '__fish_seen_subcommand_from synthesis' -l json
 complete -c mafsil -n '__fish_seen_subcommand_from synthesis' -l lang

@@ -7,6 +7,6 @@ from mafsil.argument_gate import gated, unknown_name
 from mafsil.lazy_module import extend, face, stand_before_public_names
 
 extend("Robot", "mafsil.verbs")
-extend("kinds of robots", "mafsil.parallel.legs.described")
+extend("kinds of robots", "mafsil.parallel.legs.leg_library")
 stand_before_public_names(gated, unknown_name)
 __all__ = face(__name__)

@@ -158,6 +158,9 @@ ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "synthesis": (lambda: mobility.synthesise_motion([[0, 0, 0], [1, 0.6, 0.3], [2, 0.8, 0.8]]), True),
     "no synthesis": (lambda: mobility.synthesise_motion([[1, 0, 0], [0, 1, np.pi / 2], [-1, 0, np.pi]]), False),
     "candidate": (lambda: mobility.synthesise_motion([[0, 0, 0], [1, 0.6, 0.3], [2, 0.8, 0.8]])[0], True),
+    "cognates": (lambda: mobility.synthesis.cognates(mobility.FourBar(1, 2.2, 2, 2.5), 1.4, 0.9), True),
+    "spherical": (
+        lambda: mobility.synthesis.synthesise_spherical_function([0, 0.5, 1.1], [0.7, 1.1, 1.6], ground=1.2), True),
     "seven joints": (lambda: mf.inverse_kinematics(IIWA, IIWA.forward_kinematics(Q7)), True),
 }  # fmt: skip
 

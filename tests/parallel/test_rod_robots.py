@@ -24,8 +24,7 @@ from mafsil.parallel.legs import (
     rod_workspace,
     rotary_delta,
 )
-from mafsil.parallel.legs.described import mechanism_of_parallel
-from mafsil.parallel.legs.leg_library import rod_legs
+from mafsil.parallel.legs.leg_library import mechanism_of_parallel, rod_legs
 from mafsil.parallel.legs.leg_statics import reduced_equations
 from tests.parallel.rod_robots import ROBOTS, THIRDS, ring
 

@@ -118,6 +118,8 @@ CALLS = (
     "mobility.bodies.second_body(kind='R', A=[0, 0], phi_AB=0, d_AB=1.0, d_CD=0.8, theta=0, d=1, slot=0.1)",
     "mobility.spaces.spatial_2r(alpha=1.0, distance=1.0, offset=0.2)",
     "mobility.synthesis.chebyshev_spacing(lower=0.0, upper=1.0, count=3)",
+    "mobility.synthesis.cognates(linkage=mobility.FourBar(1.0, 2.2, 2.0, 2.5), along=1.4, across=0.9, samples=16)",
+    "mobility.synthesis.synthesise_spherical_function(inputs=[0.0, 0.5, 1.1], outputs=[0.7, 1.1, 1.6], ground=1.2)",
     "mobility.synthesise_function(inputs=[0.0, 0.3, 0.6], outputs=[0.0, 0.2, 0.5], ground=1.0)",
     "mobility.bodies.third_point(A=[0, 0], B=[1, 0], d_AC=1.0, d_BC=0.9)",
     "mobility.trace_motion(linkage=FOUR, step=0.1, steps=20)",

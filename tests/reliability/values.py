@@ -86,6 +86,10 @@ WRITTEN = (
     "mobility.FourBar(crank=2.0, coupler=4.0, rocker=3.5, ground=4.5)",
     "mobility.SliderCrank(crank=1.0, rod=3.0, offset=0.1)",
     "mobility.synthesis.FunctionTask(function=np.sqrt, interval=(1.0, 2.0), inputs=(0.0, 1.0), outputs=(0.0, 1.0))",
+    "mobility.synthesis.LinkageLimits(pivots=[[-1.0, -1.0], [1.0, 1.0]], transmission=0.5, longest=3.0)",
+    "mobility.synthesis.SphericalFourBar(crank=0.4, coupler=1.2, rocker=0.8, ground=1.0, A=np.eye(3)[2], "
+    "D=np.array([np.sin(1.0), 0.0, np.cos(1.0)]))",
+    "mobility.synthesis.ThreeLinkChain(pivot=(0.0, 0.0), lengths=(1.0, 2.0, 2.0), phase=0.1)",
     "one_joint.LoopConditions(torque_limit=1.0, tracking_time=0.1, quantum=0.1, filter_time=0.1, dither=0.1, "
     "dither_frequency=10.0)",
     "mf.identification.Measured(points=np.zeros((5, 3)), direction=np.ones(3), center=np.zeros(3), noise=0.1, "
@@ -192,7 +196,7 @@ WRITTEN = (
 )
 """One valid value of every public class that users write themselves; what stands under a name is driven."""
 MADE = (
-    "ArmDesign FrontPoint Provenance "
+    "ArmDesign FrontPoint Provenance SixBar "
     "Slider ActuatorKind AdaptiveControl AdmittanceControl Annulus BindingLimit BlendedLines BodyPoints BranchChange "
     "Branches Budget BurmesterCurves CellDecomposition Change Check Condition ConstrainedDynamics ContactPair "
     "ContactSwitch CornerBlend Crossing CurrentLoopLaw Delayed DeterminantFactors Detour DrivenTrajectory Dyad "

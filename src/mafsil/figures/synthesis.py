@@ -14,7 +14,7 @@ from mafsil.messages import in_line, say
 from mafsil.messages.visible import visible
 from mafsil.mobility import FourBar
 from mafsil.mobility.synthesis import Candidate, ChainCandidate, ChainSynthesis, SixBar, SphericalFourBar, Synthesis
-from mafsil.mobility.synthesis.poses import as_points
+from mafsil.mobility.synthesis.dyads import as_points
 
 _INK, _GROUND, _GHOST = "#39424a", "#8a949c", "#c9d0d6"
 _CRANK, _COUPLER, _ROCKER = "#2e8b57", "#2f6fd0", "#8c6bb1"

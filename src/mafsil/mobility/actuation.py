@@ -14,9 +14,8 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import whole
 from mafsil.errors import InputError
 from mafsil.mobility.instantaneous import instantaneous_mobility
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.loop_closure import loop_matrix
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import RANK
 from mafsil.solvers.decompositions import ranks
 

@@ -19,10 +19,9 @@ from mafsil.geometry import pose, rotation
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.mobility.linkages.drawing import draw_at
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.linkage_joint import Kind
 from mafsil.mobility.linkages.loop_closure import are_lengths, body_poses, close_loops_near, loop_state, units
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import TYPED
 from mafsil.solvers import levenberg_marquardt
 

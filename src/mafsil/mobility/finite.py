@@ -22,7 +22,7 @@ from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.messages import say
 from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous_mobility
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.loop_closure import (
     LoopState,
     configuration,
@@ -31,7 +31,6 @@ from mafsil.mobility.linkages.loop_closure import (
     reduced_screws,
     units,
 )
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundant_constraints import Block, blocks, left_null_space, loop_groups
 from mafsil.mobility.spaces.motion_group import bracket
 from mafsil.mobility.tolerances import CLOSED, DEFINITE, PATH_STEP

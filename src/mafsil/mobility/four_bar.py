@@ -19,14 +19,15 @@ from mafsil.arrays import Booleans, Floats, as_batch, positive, radians, single
 from mafsil.errors import InputError, InputWarning, warn
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
-from mafsil.mobility.four_bar_rates import directions, per_crank
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.linkage_joint import Kind, joint
 from mafsil.mobility.spaces.planar_positions import (
     PolygonSpace,
     circle_crossings,
     circle_gap,
+    directions,
     finite_numbers,
+    per_crank,
     polygon_space,
     wrap_angle,
 )

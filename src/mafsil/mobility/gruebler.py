@@ -15,9 +15,8 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import whole
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.loop_closure import reduced_screws
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.spaces.motion_group import Group, MotionGroup, motion_group
 
 RULES = {"planar": 3, "spherical": 3, "spatial": 6}

@@ -18,7 +18,7 @@ from mafsil.arrays import Floats, positive
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.loop_closure import (
     LoopState,
     configuration,
@@ -27,7 +27,6 @@ from mafsil.mobility.linkages.loop_closure import (
     reduced_screws,
     units,
 )
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import IN_SUPPORT, RANK
 from mafsil.solvers import decompositions
 from mafsil.solvers.decompositions import null_basis

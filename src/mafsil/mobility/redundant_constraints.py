@@ -19,9 +19,8 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.mobility.instantaneous import null_space
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.loop_closure import loop_state, reduced_screws
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.spaces.motion_group import MotionGroup, motion_group
 from mafsil.mobility.tolerances import IN_SUPPORT
 

@@ -29,10 +29,9 @@ from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility
 from mafsil.mobility.four_bar import four_bar_of
 from mafsil.mobility.gruebler import GrueblerCount, Structure, gruebler, structure
 from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous_mobility
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.loop_closure import configuration, largest_gap, loop_equations, loop_state, misfit, units
 from mafsil.mobility.linkages.mechanism_linkage import LinkageLike, as_linkage
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundant_constraints import RedundantConstraints, blocks, redundant_constraints
 from mafsil.mobility.tolerances import CLOSED, RANK, ROUNDED
 from mafsil.solvers.decompositions import ranks

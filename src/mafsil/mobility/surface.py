@@ -24,9 +24,8 @@ from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.charts import SMALLEST, Charts, Whole, differences, tangent_planes, wrapped_points
 from mafsil.mobility.finite import require_motions
 from mafsil.mobility.instantaneous import instantaneous_mobility
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.loop_closure import close_loops_near, configuration, loop_matrix, loop_state, units
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.surface_mesh import agreed_triangles, area, edges, is_closed, is_orientable, trim_openings
 from mafsil.mobility.tolerances import CLOSED, PATH_STEP
 

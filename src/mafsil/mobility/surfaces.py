@@ -14,9 +14,8 @@ from mafsil.messages.tables import number, table
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.finite import all_are_real
 from mafsil.mobility.instantaneous import instantaneous_mobility
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.loop_closure import are_lengths, close_loops_near
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.surface import LONGEST, MOST_POINTS, ConfigurationSurface, follow_surface
 
 

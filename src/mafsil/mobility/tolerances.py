@@ -1,6 +1,8 @@
 """Every threshold of the package with its reason.
 
 Screws are taken about the middle of the joints and lengths over their spread, so that all are free of units.
+
+Of the synthesis: poses are first brought to size one: origins about their middle, over their spread.
 """
 
 RANK = 1e-9
@@ -22,3 +24,37 @@ IN_SUPPORT = 1e-6
 """Entries of orthonormal bases below it are zeros with rounding of a decomposition of condition up to 1/RANK."""
 TOUCHING = 1e-13
 """Squares of lengths below it, over the largest, are rounding: circles nearer than 5e-14 of their radius touch."""
+
+
+SAME_POSE = 1e-9
+"""Poses nearer than it, in angle and in size, are one pose typed twice with nine digits."""
+COMPLEX = 1e-5
+"""Imaginary parts of normalised eigenvectors up to it may be rounding of a double root; Newton's method decides."""
+SOLVED = 1e-11
+"""Conditions of size one that are below it hold: Newton's method reaches 1e-15, a pair of complex roots does not."""
+APART = 1e-7
+"""Normalised solutions nearer than it are one double root: roots of multiplicity two carry half of the digits."""
+AT_INFINITY = 1e-7
+"""Third coordinates of points of length one below it are zero: a crank of 10^7 sizes is a straight line."""
+NO_LENGTH = 1e-6
+"""Links shorter than this share of the size of the poses are points: no linkage is built with them."""
+SINGULAR_PENCIL = 1e-12
+"""Least singular value of a pencil at generic places, over its largest, below which it is singular everywhere."""
+DEAD = 1e-9
+"""Sine of the transmission angle below which a position is a dead point itself."""
+ILL_CONDITIONED = 1e-4
+"""Sine of a transmission angle below which a pin closed by lengths loses more than four digits: it is not compared."""
+EXACT = 1e-9
+"""Largest error, over the size of the linkage, up to which a position is met: a hundred times what Newton leaves."""
+SAME_GROUND = 1e-3
+"""A dyad nearer to a known link is that link: an ill-conditioned root keeps three digits at least."""
+GRID = 720
+"""Crank angles of a turn at which six-bars and spherical four-bars are looked at; minima between them by parabolas."""
+MOST_JUDGED = 200
+"""Linkages of a family whose configurations are followed, those of the best transmission angles at the positions."""
+BULKY = 30.0
+"""Linkages with links longer than so many sizes of the task stand behind the others of as many defects."""
+MOST_CANDIDATES = 60
+"""Candidates that an answer keeps of a family; those of finite problems are all kept (at most twelve)."""
+UNDETERMINED = 1e-13
+"""Shorter homogeneous points are rounding: the conditions leave their place open, as at a pole."""

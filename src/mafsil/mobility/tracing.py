@@ -21,9 +21,8 @@ from mafsil.messages import say
 from mafsil.messages.tables import number, table
 from mafsil.mobility.finite import all_are_real, require_motions
 from mafsil.mobility.instantaneous import instantaneous_mobility, null_space
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.loop_closure import body_poses, close_loops_near, configuration, loop_matrix, units
-from mafsil.mobility.on_linkage import on_linkage
 
 SHORTEST = 1e-5
 LONGEST = 0.1

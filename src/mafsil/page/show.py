@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     import mafsil.mobility as mobility
     import mafsil.mobility.linkages.mechanism_linkage as mechanism_linkage
     import mafsil.parallel as parallel
-    import mafsil.parallel.legs.described as described
+    import mafsil.parallel.legs.leg_library as described
 else:
     mobility = lazily("mafsil.mobility")
     mechanism_linkage = lazily("mafsil.mobility.linkages.mechanism_linkage")
     parallel = lazily("mafsil.parallel")
-    described = lazily("mafsil.parallel.legs.described")
+    described = lazily("mafsil.parallel.legs.leg_library")
 
 Closed: TypeAlias = (
     "mobility.Linkage | mobility.FourBar | parallel.StewartPlatform | parallel.DeltaRobot | parallel.LegMechanism"

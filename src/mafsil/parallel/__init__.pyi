@@ -2,8 +2,8 @@ from mafsil.parallel import cables as cables
 from mafsil.parallel import legs as legs
 from mafsil.parallel import planar as planar
 from mafsil.parallel import platforms as platforms
-from mafsil.parallel.cables.cable_pose import cable_poses as cable_poses
 from mafsil.parallel.cables.cable_robot import CableRobot as CableRobot
+from mafsil.parallel.cables.cable_robot import cable_poses as cable_poses
 from mafsil.parallel.cables.cable_tensions import cable_tensions as cable_tensions
 from mafsil.parallel.cables.cable_workspace import cable_workspace as cable_workspace
 from mafsil.parallel.closed_answers import ActuatorEfforts as ActuatorEfforts

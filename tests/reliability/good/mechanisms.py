@@ -131,6 +131,22 @@ def linkages(rng: np.random.Generator, length: float) -> Claims:
     yield bool(rates), float(np.abs(H @ all_rates).max() / (1e-8 * (1 + np.abs(all_rates).max()) * np.abs(H).max()))
 
 
+def cognates(rng: np.random.Generator, length: float) -> Claims:
+    bar = mobility.FourBar(*(length * rng.uniform((0.5, 1.5, 1.5, 1.5), (1.0, 2.5, 2.5, 2.5))))
+    along, across = (length * rng.uniform(0.3, 2, 2)).tolist()
+    found = mobility.synthesis.cognates(bar, along, across, samples=32)
+    points = [
+        one.coupler_poses(one.theta, int(one.modes[0]))[:, :2] for one in found if len(set(one.modes.tolist())) == 1
+    ]
+    yield bool(found), float(max(np.abs(each - points[0]).max() for each in points) / (1e-7 * length))
+    theta = np.sort(rng.uniform(0, 2, 3))
+    sphere = mobility.synthesis.synthesise_spherical_function(theta, np.sort(rng.uniform(0.5, 2, 3)), ground=1.1)
+    for one in sphere:
+        turned = one.linkage.output_angle(one.theta, one.modes[0].tolist())
+        gap = np.angle(np.exp(1j * (np.diff(turned) - np.diff(sphere.task[:, 1]))))
+        yield bool(one), float(np.abs(gap).max() / 1e-7)
+
+
 def syntheses(rng: np.random.Generator, length: float) -> Claims:
     angles = np.sort(rng.uniform(0, 2, 3))
     function = mobility.synthesise_function(angles, np.sort(rng.uniform(0.5, 2.5, 3)), ground=length)
@@ -224,6 +240,9 @@ ROWS = {
     "LegConfigurations, LegRates, LegForces": platform_legs,
     "CableTensions, CablePoses": cables,
     "LoopClosure, AssemblyModes, Trace of linkages, DrivenRates": linkages,
+    "Cognates": cognates,
+    "ChainSynthesis": cognates,
+    "ChainCandidate": cognates,
     "Synthesis": syntheses,
     "ContactForces": holding,
     "RestPosition, ClearanceMotion, Closure of grasps": fixtures,

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import ModelError
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.linkage_joint import Kind, LinkageJoint
 from mafsil.mobility.linkages.loop_closure import body_poses, configuration, largest_gap, loop_state
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.spaces.motion_group import span
 from mafsil.mobility.tolerances import AS_DRAWN, RANK
 

@@ -2,20 +2,22 @@
 
 All bodies carry the frame of the drawing, so that every body stands at the identity where it is drawn, and a joint is
 a product of exponentials: T_child = T_parent exp([S1] theta_1) ... exp([Sf] theta_f).
+
+Functions of a linkage: what is none is refused in our words, with what makes one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import cast
+from functools import cached_property, wraps
+from typing import ParamSpec, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, frozen, require_kind
-from mafsil.errors import ModelError
+from mafsil.errors import InputError, ModelError
 from mafsil.floating_point import EPS
 from mafsil.messages import say
 from mafsil.mobility.linkages.linkage_joint import Coupling, Kind, LinkageJoint
@@ -342,3 +344,24 @@ def _require_in_plane(each: LinkageJoint) -> None:
         raise ModelError("mobility.axis_in_plane", joint=each.name, axis=each.axis.tolist())
     if any(abs(float(w[2])) > TYPED for w in along):
         raise ModelError("mobility.leaves_plane", joint=each.name, axis=along[0].tolist())
+
+
+P = ParamSpec("P")
+Result = TypeVar("Result")
+
+
+def on_linkage(function: Callable[P, Result]) -> Callable[P, Result]:
+    """The function, which refuses anything but a Linkage as its first argument.
+
+    Args:
+        function: whose first argument is called `linkage`.
+    """
+
+    @wraps(function)
+    def call(*args: P.args, **named: P.kwargs) -> Result:
+        given: object = args[0] if args else cast("dict[str, object]", named).get("linkage")
+        if not isinstance(given, Linkage):
+            raise InputError("mobility.needs_linkage", got=type(given).__name__)
+        return function(*args, **named)
+
+    return call

@@ -19,9 +19,8 @@ from mafsil.errors import ModelError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import pose, rotation
 from mafsil.mobility.bodies.three_points import SCALE, SIDES, distances, pose_by_points
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.linkage_joint import Kind
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED, RANK
 from mafsil.solvers import decompositions
 from mafsil.solvers.null_ways import Equations

@@ -25,11 +25,10 @@ from mafsil.mobility.assembly_existence import closed_beside_drawing, least_gap
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.library import linkage
 from mafsil.mobility.linkages.drawing import draw_at, split_joints, without
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.linkage_file import is_linkage, read_linkage
 from mafsil.mobility.linkages.linkage_joint import Coupling, Kind, LinkageJoint, across
 from mafsil.mobility.linkages.loop_closure import largest_gap
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.spaces.configuration_space import SpaceFactor, configuration_space
 from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.tolerances import CLOSED

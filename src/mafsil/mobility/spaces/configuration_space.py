@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive, real_array, single, whole
 from mafsil.errors import InputError
-from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage, on_linkage
 from mafsil.mobility.linkages.linkage_joint import Kind
-from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.spaces.planar_positions import PolygonSpace, polygon_space
 from mafsil.mobility.tolerances import TYPED
 

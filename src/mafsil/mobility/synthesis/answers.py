@@ -18,7 +18,7 @@ from mafsil.mobility.synthesis.candidate import Candidate, CandidateStatus, cand
 from mafsil.mobility.synthesis.dyads import Dyad
 from mafsil.mobility.synthesis.fitting import Positions
 from mafsil.mobility.synthesis.five_poses import BurmesterCurves
-from mafsil.mobility.synthesis.tolerances import BULKY, EXACT, MOST_CANDIDATES
+from mafsil.mobility.tolerances import BULKY, EXACT, MOST_CANDIDATES
 
 
 class SynthesisStatus(Status):

@@ -22,9 +22,8 @@ from mafsil.arrays import Booleans, Floats, Integers, positive, real_array
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import wrap_angle
-from mafsil.mobility.synthesis.poses import Complexes
-from mafsil.mobility.synthesis.tolerances import DEAD
-from mafsil.mobility.tolerances import TYPED
+from mafsil.mobility.synthesis.dyads import Complexes
+from mafsil.mobility.tolerances import DEAD, TYPED
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,9 +22,9 @@ from mafsil.messages.tables import table
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.synthesis.answers import rank_candidates, rows_of
 from mafsil.mobility.synthesis.candidate import Candidate, candidate
+from mafsil.mobility.synthesis.dyads import Complexes, as_complex, as_points
 from mafsil.mobility.synthesis.fitting import Positions
-from mafsil.mobility.synthesis.poses import Complexes, as_complex, as_points
-from mafsil.mobility.synthesis.tolerances import EXACT, ILL_CONDITIONED, NO_LENGTH
+from mafsil.mobility.tolerances import EXACT, ILL_CONDITIONED, NO_LENGTH
 
 SIDES = 3
 """Four-bars that draw one coupler curve."""
@@ -78,7 +78,7 @@ class Cognates(Answer, entries="candidates", data="pivot difference samples cand
 
 
 def cognates(
-    linkage: Candidate | FourBar, along: float = 0.0, across: float = 0.0, *, mode: int = 0, samples: int = 720
+    linkage: Candidate | FourBar, along: float = 0.0, across: float = 0.0, *, mode: int = 0, samples: int = 360
 ) -> Cognates:
     """The three four-bars that draw one coupler curve, with their defects in the positions of the given one.
 
@@ -86,12 +86,13 @@ def cognates(
         linkage: a candidate of a synthesis, or a four-bar on the origin with its ground along x.
         along, across: of a four-bar, the point of its coupler: from B towards C, to the left of it [m].
         mode: of a four-bar, the assembly mode of its positions.
-        samples: crank angles at which the curves are compared, in both modes.
+        samples: crank angles on each side of the ground line at which the curves are compared, in both modes.
 
     Raises:
         InputError: the point is a pin of the coupler, whose curve is a circle; the four-bar never closes; a
             slider-crank.
     """
+    count = whole("samples", samples, 1, 1_000_000)
     one = _in_positions(linkage, along, across, whole("mode", mode, 0, 1)) if isinstance(linkage, FourBar) else linkage
     bar = one.linkage
     if not isinstance(bar, FourBar):
@@ -104,8 +105,10 @@ def cognates(
     first = candidate(batches[0], batches[0].assess(), 0)
     others = [rank_candidates([batch], bar.ground, either_side=True).candidates for batch in batches[1:]]
     found = (first, *(each[0] for each in others if each))
-    angles = np.linspace(-np.pi, np.pi, whole("samples", samples, 2, 1_000_000), endpoint=False)
-    angles = angles[bar.positions(angles).reachable]
+    # Between dead points, at which both modes are one, and on both sides of the ground line.
+    low, high = bar.input_range or (0.0, np.pi)
+    half = low + (high - low) * (np.arange(count) + 0.5) / count
+    angles = np.concatenate([half, -half])
     curves = [[as_complex(pins) for pins in one.moving_pivots(angles, k)] for k in (0, 1)]
     gaps = [_difference(_three(A, D, B, C, ratio)) for B, C in curves]
     size = max(float(each.linkage.lengths.max()) for each in found if isinstance(each.linkage, FourBar))

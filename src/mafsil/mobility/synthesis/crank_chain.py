@@ -23,7 +23,7 @@ from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.synthesis.answers import SynthesisStatus, limit_details
 from mafsil.mobility.synthesis.assessment import LinkageLimits
 from mafsil.mobility.synthesis.candidate import CandidateStatus, position_numbers
-from mafsil.mobility.synthesis.tolerances import DEAD, EXACT, GRID, MOST_CANDIDATES, MOST_JUDGED
+from mafsil.mobility.tolerances import DEAD, EXACT, GRID, MOST_CANDIDATES, MOST_JUDGED
 
 sparse, csgraph = lazily("scipy.sparse"), lazily("scipy.sparse.csgraph")
 

@@ -17,9 +17,8 @@ import numpy as np
 
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.mobility.synthesis.assessment import Assessment, assess_four_bars, assess_slider_cranks
-from mafsil.mobility.synthesis.dyads import Dyad
-from mafsil.mobility.synthesis.poses import Complexes, as_complex, as_points, spread
-from mafsil.mobility.synthesis.tolerances import NO_LENGTH
+from mafsil.mobility.synthesis.dyads import Complexes, Dyad, as_complex, as_points, spread
+from mafsil.mobility.tolerances import NO_LENGTH
 from mafsil.solvers.least_squares import levenberg_marquardt
 
 ITERATIONS = 200

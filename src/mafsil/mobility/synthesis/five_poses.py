@@ -28,8 +28,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Booleans, Floats, whole
 from mafsil.floating_point import LEAST_DIVISOR
-from mafsil.mobility.synthesis.poses import PoseConditions, checked_poses, in_plane
-from mafsil.mobility.synthesis.tolerances import APART, COMPLEX, SINGULAR_PENCIL, SOLVED
+from mafsil.mobility.synthesis.dyads import PoseConditions, checked_poses, in_plane
+from mafsil.mobility.tolerances import APART, COMPLEX, SINGULAR_PENCIL, SOLVED
 
 MONOMIALS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 _PLACE = {pair: k for k, pair in enumerate(MONOMIALS)} | {(b, a): k for k, (a, b) in enumerate(MONOMIALS)}

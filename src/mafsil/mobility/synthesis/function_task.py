@@ -27,11 +27,10 @@ from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatu
 from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.candidate import Candidate
 from mafsil.mobility.synthesis.crank_chain import ChainCandidate, ChainSynthesis
-from mafsil.mobility.synthesis.dyads import Dyad, cranks_and_blocks
+from mafsil.mobility.synthesis.dyads import Complexes, Dyad, PoseConditions, as_complex, common_pole, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import Positions
 from mafsil.mobility.synthesis.motion import dyads_through
-from mafsil.mobility.synthesis.poses import Complexes, PoseConditions, as_complex, common_pole
-from mafsil.mobility.synthesis.tolerances import SAME_GROUND, SAME_POSE, SINGULAR_PENCIL
+from mafsil.mobility.tolerances import SAME_GROUND, SAME_POSE, SINGULAR_PENCIL
 
 
 def chebyshev_spacing(lower: float, upper: float, count: int) -> Floats:

@@ -23,20 +23,24 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.spaces.planar_positions import circle_crossings, circle_gap
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
-from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks, dyads_of, three_pose_dyads
-from mafsil.mobility.synthesis.fitting import four_bars_of, slider_cranks_of
-from mafsil.mobility.synthesis.five_poses import BurmesterCurves, block_of, curves_of, five_pose_pairs
-from mafsil.mobility.synthesis.poses import (
+from mafsil.mobility.synthesis.dyads import (
     Complexes,
+    Dyad,
+    DyadKind,
     PoseConditions,
     as_complex,
     as_points,
     checked_poses,
     common_pole,
+    cranks_and_blocks,
+    dyads_of,
     in_plane,
     is_translation,
+    three_pose_dyads,
 )
-from mafsil.mobility.synthesis.tolerances import AT_INFINITY, EXACT, SAME_POSE
+from mafsil.mobility.synthesis.fitting import four_bars_of, slider_cranks_of
+from mafsil.mobility.synthesis.five_poses import BurmesterCurves, block_of, curves_of, five_pose_pairs
+from mafsil.mobility.tolerances import AT_INFINITY, EXACT, SAME_POSE
 
 MOST_DYADS = 4
 

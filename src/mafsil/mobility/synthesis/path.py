@@ -22,11 +22,18 @@ from mafsil.mobility.spaces.planar_positions import wrap_angle
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, rank_candidates
 from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.cognates import cognate_positions
-from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks
+from mafsil.mobility.synthesis.dyads import (
+    Dyad,
+    DyadKind,
+    PoseConditions,
+    as_complex,
+    common_pole,
+    cranks_and_blocks,
+    spread,
+)
 from mafsil.mobility.synthesis.fitting import Positions, fit_four_bars, four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.motion import count_dyads, dyads_through, pole_details
-from mafsil.mobility.synthesis.poses import PoseConditions, as_complex, common_pole, spread
-from mafsil.mobility.synthesis.tolerances import EXACT, SAME_GROUND, SAME_POSE
+from mafsil.mobility.tolerances import EXACT, SAME_GROUND, SAME_POSE
 
 NINE = 9
 """Points that any angles of the crank leave finitely many four-bars for: at most 1,442 triples of cognates."""

@@ -14,10 +14,17 @@ from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.mobility.library.planar import pins
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.synthesis.crank_chain import Placed
-from mafsil.mobility.synthesis.dyads import cranks_and_blocks
+from mafsil.mobility.synthesis.dyads import (
+    Complexes,
+    PoseConditions,
+    as_points,
+    common_pole,
+    cranks_and_blocks,
+    spread,
+    unit_numbers,
+)
 from mafsil.mobility.synthesis.motion import dyads_through
-from mafsil.mobility.synthesis.poses import Complexes, PoseConditions, as_points, common_pole, spread, unit_numbers
-from mafsil.mobility.synthesis.tolerances import BULKY, NO_LENGTH
+from mafsil.mobility.tolerances import BULKY, NO_LENGTH
 
 GROUND, CRANK, COUPLER, ROCKER, LAST, OUTPUT = range(6)
 BODIES = ("ground", "crank", "coupler", "rocker", "floating link", "output link")

@@ -25,9 +25,9 @@ from mafsil.errors import InputError
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.crank_chain import ChainSynthesis, Placed, rank_chains
+from mafsil.mobility.synthesis.dyads import Complexes, as_complex, spread, unit_numbers
 from mafsil.mobility.synthesis.function_task import angle_pairs
 from mafsil.mobility.synthesis.path import checked_points, require_apart
-from mafsil.mobility.synthesis.poses import Complexes, as_complex, spread, unit_numbers
 from mafsil.mobility.synthesis.six_bar import (
     COUPLER,
     CRANK,
@@ -38,7 +38,7 @@ from mafsil.mobility.synthesis.six_bar import (
     Form,
     measure_six_bar,
 )
-from mafsil.mobility.synthesis.tolerances import SAME_GROUND
+from mafsil.mobility.tolerances import SAME_GROUND
 
 MOST_TRIALS = 20
 """Random linkages tried for each sample: one in three or four closes at all positions."""

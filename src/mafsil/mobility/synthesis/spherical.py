@@ -21,7 +21,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, positive, whole
+from mafsil.arrays import Floats, as_batch, frozen, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.floating_point import LEAST_DIVISOR
 from mafsil.geometry import rotation
@@ -31,7 +31,7 @@ from mafsil.mobility.synthesis.assessment import NO_LIMITS, LinkageLimits
 from mafsil.mobility.synthesis.crank_chain import ChainSynthesis, Placed, rank_chains
 from mafsil.mobility.synthesis.five_poses import curve_pairs, five_pose_pairs
 from mafsil.mobility.synthesis.function_task import angle_pairs, freudenstein_ratios, is_free, rocker_lines
-from mafsil.mobility.synthesis.tolerances import NO_LENGTH, SAME_GROUND, SAME_POSE, UNDETERMINED
+from mafsil.mobility.tolerances import NO_LENGTH, SAME_GROUND, SAME_POSE, TYPED, UNDETERMINED
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +50,17 @@ class SphericalFourBar:
     A: Floats
     D: Floats
 
+    def __post_init__(self) -> None:
+        for name in ("crank", "coupler", "rocker", "ground"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+            if getattr(self, name) >= np.pi:
+                raise InputError("synthesis.arc", value=getattr(self, name))
+        A, D = (single(name, getattr(self, name), (3,)) for name in "AD")
+        if abs(A @ A - 1) + abs(D @ D - 1) + abs(A @ D - np.cos(self.ground)) > TYPED:
+            raise InputError("synthesis.fixed_axes", ground=self.ground)
+        object.__setattr__(self, "A", frozen(A))
+        object.__setattr__(self, "D", frozen(D))
+
     @classmethod
     def of(cls, crank: float, coupler: float, rocker: float, ground: float) -> SphericalFourBar:
         """With the axis of the crank along z and that of the rocker in the plane of x and z.
@@ -57,12 +68,8 @@ class SphericalFourBar:
         Raises:
             InputError: an arc that is not between 0 and half a turn.
         """
-        arcs = [positive(name, value) for name, value in zip(("crank", "coupler", "rocker", "ground"), (
-            crank, coupler, rocker, ground), strict=True)]  # fmt: skip
-        if max(arcs) >= np.pi:
-            raise InputError("synthesis.arc", value=max(arcs))
-        A, D = np.array([0.0, 0.0, 1.0]), np.array([np.sin(arcs[3]), 0.0, np.cos(arcs[3])])
-        return cls(arcs[0], arcs[1], arcs[2], arcs[3], A, D)
+        g = positive("ground", ground)
+        return cls(crank, coupler, rocker, g, np.array([0.0, 0.0, 1.0]), np.array([np.sin(g), 0.0, np.cos(g)]))
 
     @property
     def kind(self) -> str:

@@ -1,6 +1,6 @@
-from mafsil.parallel.cables.cable_pose import CablePoses as CablePoses
-from mafsil.parallel.cables.cable_pose import cable_poses as cable_poses
+from mafsil.parallel.cables.cable_robot import CablePoses as CablePoses
 from mafsil.parallel.cables.cable_robot import CableRobot as CableRobot
+from mafsil.parallel.cables.cable_robot import cable_poses as cable_poses
 from mafsil.parallel.cables.cable_tensions import CableTensions as CableTensions
 from mafsil.parallel.cables.cable_tensions import cable_tensions as cable_tensions
 from mafsil.parallel.cables.cable_workspace import CableClosure as CableClosure
