@@ -67,8 +67,8 @@ def product(draw: Draw) -> Task:
     along = np.eye(3)[draw.whole(0, 1)]
     turn = np.asarray(ScrewAxis.of([0.0, 0.0, 1.0], q, 0.0))
 
-    def tip(angle: float, slide: float) -> Floats:
-        T = Pose.exp(turn * angle) @ Pose.exp(np.concatenate([np.zeros(3), along]) * slide) @ Pose.of(np.eye(3), m)
+    def tip(angle: float, stroke: float) -> Floats:
+        T = Pose.exp(turn * angle) @ Pose.exp(np.concatenate([np.zeros(3), along]) * stroke) @ Pose.of(np.eye(3), m)
         return np.asarray(T)[:3, 3]
 
     t = float(np.radians(theta))
