@@ -182,6 +182,10 @@ def _html_line(kind: str, texts: Mapping[str, str]) -> str:
     return f"<{name}>{both_languages(texts)}</{name}>"
 
 
+def _unit_text(unit: str) -> str:
+    return f" [{escape(unit)}]" if unit not in ("", "1") else ""
+
+
 def _figure_block(k: int, one: Figure) -> str:
     """Heading, pictures, sliders and facts of a figure; the pictures and the facts are drawn by the page."""
     heading = both_languages({
@@ -189,7 +193,7 @@ def _figure_block(k: int, one: Figure) -> str:
         for code in LANGUAGES
     })  # fmt: skip
     sliders = "".join(
-        f'<label class="slider" dir="ltr"><span>{escape(name)} [{escape(s.unit)}]</span>'
+        f'<label class="slider" dir="ltr"><span>{escape(name)}{_unit_text(s.unit)}</span>'
         f'<input type="range" data-k="{n}" '
         f'min="{s.least}" max="{s.greatest}" step="any" value="{s.value}"><output>{s.value:.2f}</output></label>'
         for n, (name, s) in enumerate(one.parameters.items())

@@ -122,7 +122,7 @@ class Entry(Answer):
         """Title, caption, choices, facts beside the printed ones, erratum, in `en`, `ar` or the current language."""
         heading = say(f"{self.AREA}.heading", language=language, number=self.number, title=self.words("", language))
         parts = [self.words(part, language) for part in ("caption", "chosen")]
-        facts = [self.fact_line(fact, language) for fact in self.facts if not self._is_told(fact, language)]
+        facts = [self.fact_line(fact, language) for fact in self.facts if not self._stands_in_caption(fact, language)]
         wrong = self.words("erratum", language)
         lines = [heading, *parts, *facts, say("book.erratum", language=language, text=wrong) if wrong else ""]
         lines += [remark(language) for remark in BESIDE.get(self.number, ())]
@@ -141,7 +141,7 @@ class Entry(Answer):
         known = shared in keys(language or "en", self.AREA)
         return self.words(fact.name, language) or (say(f"{self.AREA}.{shared}", language=language) if known else "")
 
-    def _is_told(self, fact: Fact, language: str | None) -> bool:
+    def _stands_in_caption(self, fact: Fact, language: str | None) -> bool:
         """Whether a fact without words of its own stands in the caption."""
         key = f"{self.number}.caption"
         captioned = key in keys(language or "en", self.AREA) and fact.name in placeholders(

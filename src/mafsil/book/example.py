@@ -124,16 +124,15 @@ def three_upu() -> Worked:
     """Three freedoms by count, more at home with radial axes."""
     objects, facts = _count(three_upu=3)
     radial = mo.mobility("radial_three_upu")
-    first_order = radial.instantaneous.rates.shape[1]
-    return {**objects, "radial": radial}, [*facts, Fact("at_home", first_order)]
+    return {**objects, "radial": radial}, [*facts, Fact("at_home", radial.instantaneous.rates.shape[1])]
 
 
 @works("2.7")
 def scara_task() -> Worked:
     """Task space of a SCARA: place and heading."""
     robot = as_robot("scara_rrrp")
-    J = robot.jacobian_space([0.3, 0.7, -0.4, 0.1])
-    return {"robot": robot}, [Fact("task", int(np.linalg.matrix_rank(J)), 4), Fact("joints", robot.n, 4)]
+    task = int(np.linalg.matrix_rank(robot.jacobian_space([0.3, 0.7, -0.4, 0.1])))
+    return {"robot": robot}, [Fact("task", task, 4), Fact("joints", robot.n, 4)]
 
 
 @works("2.8")

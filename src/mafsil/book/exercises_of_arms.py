@@ -15,7 +15,7 @@ from mafsil.mobility import gruebler_count
 from mafsil.model.denavit_hartenberg import DHRow, dh_parameters
 
 
-def _turned(angle: float, p: Floats) -> Floats:
+def _pose_about_z(angle: float, p: Floats) -> Floats:
     """A pose turned about z [degrees]."""
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = Rotation.exp([0.0, 0.0, np.radians(angle)]), p
@@ -67,8 +67,8 @@ def product(draw: Draw) -> Task:
     along = np.eye(3)[draw.whole(0, 1)]
     turn = np.asarray(ScrewAxis.of([0.0, 0.0, 1.0], q, 0.0))
 
-    def tip(angle: float, slide: float) -> Floats:
-        T = Pose.exp(turn * angle) @ Pose.exp(np.concatenate([np.zeros(3), along]) * slide) @ Pose.of(np.eye(3), m)
+    def tip(angle: float, stroke: float) -> Floats:
+        T = Pose.exp(turn * angle) @ Pose.exp(np.concatenate([np.zeros(3), along]) * stroke) @ Pose.of(np.eye(3), m)
         return np.asarray(T)[:3, 3]
 
     t = float(np.radians(theta))
@@ -98,7 +98,7 @@ def table_to_screw(draw: Draw) -> Task:
 def body_screw(draw: Draw) -> Task:
     """A space screw in the tip frame at zero."""
     angle, p, q = draw.degrees(), draw.numbers(3, -1, 1), draw.numbers(3, -1, 1)
-    w, M = np.eye(3)[draw.whole(0, 2)], _turned(angle, p)
+    w, M = np.eye(3)[draw.whole(0, 2)], _pose_about_z(angle, p)
     S, R = np.asarray(ScrewAxis.of(w, q, 0.0)), M[:3, :3]
     B = np.asarray(Pose(M).inverse().adjoint() @ S)
     return Task(
@@ -112,7 +112,7 @@ def body_screw(draw: Draw) -> Task:
 def columns(draw: Draw) -> Task:
     """A column of the body Jacobian of a planar arm in the space frame."""
     angle, p, B = draw.degrees(), draw.numbers(2, -1, 1), np.array([1.0, *draw.numbers(2, -1, 1)])
-    pose = Pose(_turned(angle, np.array([*p, 0.0])))
+    pose = Pose(_pose_about_z(angle, np.array([*p, 0.0])))
 
     def seen(A: Floats) -> Floats:
         return (A @ [0.0, 0.0, *B, 0.0])[2:5]
@@ -188,8 +188,8 @@ def stewart_leg(draw: Draw) -> Task:
     """Length of a leg of a Stewart-Gough platform."""
     angle, p = draw.degrees(15, 75), draw.numbers(3, -0.4, 0.4) + np.array([0.0, 0.0, 1.0])
     a, b = np.append(draw.numbers(2, -1, 1), 0.0), np.append(draw.numbers(2, -0.5, 0.5), 0.0)
-    R = _turned(angle, p)[:3, :3]
-    tip = np.asarray(Pose(_turned(angle, p))) @ np.append(b, 1.0)
+    R = _pose_about_z(angle, p)[:3, :3]
+    tip = np.asarray(Pose(_pose_about_z(angle, p))) @ np.append(b, 1.0)
     length = float(np.linalg.norm(tip[:3] - a))
     return Task(
         {"angle": angle, "p": p, "a": a, "b": b, "turned": R @ b, "leg": tip[:3] - a},

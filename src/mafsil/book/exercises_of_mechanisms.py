@@ -146,12 +146,12 @@ def points_of_body(draw: Draw) -> Task:
 @asks("2.2.2 coordinates")
 def coordinates(draw: Draw) -> Task:
     """Explicit and implicit coordinates of the configuration space of a chain."""
-    turning, sliding = draw.whole(2, 3 + draw.level), draw.whole(1, 2)
+    revolute, prismatic = draw.whole(2, 3 + draw.level), draw.whole(1, 2)
     return Task(
-        {"turning": turning, "sliding": sliding, "n": turning + sliding},
+        {"revolute": revolute, "prismatic": prismatic, "n": revolute + prismatic},
         [
-            ask("dimension", turning + sliding, circles_alone=turning, circle_as_plane=2 * turning + sliding),
-            ask("implicit", 2 * turning + sliding, circle_as_line=turning + sliding, circles_alone=2 * turning),
+            ask("dimension", revolute + prismatic, circles_alone=revolute, circle_as_plane=2 * revolute + prismatic),
+            ask("implicit", 2 * revolute + prismatic, circle_as_line=revolute + prismatic, circles_alone=2 * revolute),
         ],
     )
 

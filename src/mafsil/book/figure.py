@@ -17,7 +17,7 @@ from mafsil.figures import space
 from mafsil.figures.panel import Panel, draw_panels
 from mafsil.figures.panel_data import PanelView
 from mafsil.figures.space import picture_file
-from mafsil.messages import LANGUAGES
+from mafsil.messages import LANGUAGES, in_line
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ class Figure(Entry):
             return [sheet.changes(one.panels.get(name), self.panels[name]) for name, sheet in sheets.items()]
 
         def facts(one: Figure) -> dict[str, list[str]]:
-            return {code: [one.fact_line(fact, code) for fact in one.facts] for code in language}
+            return {code: [in_line(one.fact_line(fact, code), code) for fact in one.facts] for code in language}
 
         sliders = [
             {"name": name, "unit": s.unit, "least": s.least, "greatest": s.greatest, "value": s.value,
@@ -93,7 +93,7 @@ class Figure(Entry):
             for name, s in self.parameters.items()
         ]  # fmt: skip
         panels = [sheet.whole(self.panels[name]) for name, sheet in sheets.items()]
-        headings = [{code: self.words(name, code) for code in language} for name in sheets]
+        headings = [{code: in_line(self.words(name, code), code) for code in language} for name in sheets]
         return {"panels": panels, "headings": headings, "facts": facts(self), "sliders": sliders}
 
     def save(self, path: str | PathLike[str]) -> None:

@@ -45,7 +45,11 @@ class PanelView:
         axes = {}
         if panel.labels:
             corners = np.array([self._low, self._high])
-            axes = {"box": self._places(corners), "ends": corners.ravel().tolist(), "labels": list(panel.labels)}
+            axes = {
+                "box": self._places(corners),
+                "ends": corners.ravel().tolist(),
+                "labels": [_plain(label) for label in panel.labels],
+            }
         return {"shapes": [self._shape(panel, one) for one in panel.elements]} | axes
 
     def changes(self, panel: Panel | None, first: Panel) -> list[Any] | None:
