@@ -295,7 +295,10 @@ def test_wrong_platforms_are_refused(tmp_path: Path) -> None:
     for change, word in (
         ({"kind": "octopod"}, "octopod"), ({"wheels": 4}, "wheels"), ({"geometry": {"base": 0.1}}, "platform"),
         ({"masses": {"soul": 1.0}}, "soul"), ({"motors": {"colour": 1.0}}, "colour"),
-        ({"motors": {"effort": -1.0}}, "effort"), ({"geometry": DELTA["geometry"] | {"arms": "leg"}}, "leg"),
+        ({"motors": {"effort": -1.0}}, "effort"),
+        ({"motors": {"lower": 1.0, "upper": 0.0}}, "lower"),
+        ({"motors": {"upper": float("nan")}}, "lower"),
+        ({"gravity": [0.0, float("inf"), 0.0]}, "gravity"), ({"geometry": DELTA["geometry"] | {"arms": "leg"}}, "leg"),
         ({"geometry": DELTA["geometry"] | {"arms": -0.1}}, "arms"), ({"masses": {"platform": -1.0}}, "platform"),
     ):  # fmt: skip
         with pytest.raises(mf.MafsilError, match=word):
