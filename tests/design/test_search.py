@@ -295,7 +295,10 @@ def test_wrong_platforms_are_refused(tmp_path: Path) -> None:
     for change, word in (
         ({"kind": "octopod"}, "octopod"), ({"wheels": 4}, "wheels"), ({"geometry": {"base": 0.1}}, "platform"),
         ({"masses": {"soul": 1.0}}, "soul"), ({"motors": {"colour": 1.0}}, "colour"),
-        ({"motors": {"effort": -1.0}}, "effort"), ({"geometry": DELTA["geometry"] | {"arms": "leg"}}, "leg"),
+        ({"motors": {"effort": -1.0}}, "effort"),
+        ({"motors": {"lower": 1.0, "upper": 0.0}}, "lower"),
+        ({"motors": {"upper": float("nan")}}, "lower"),
+        ({"gravity": [0.0, float("inf"), 0.0]}, "gravity"), ({"geometry": DELTA["geometry"] | {"arms": "leg"}}, "leg"),
         ({"geometry": DELTA["geometry"] | {"arms": -0.1}}, "arms"), ({"masses": {"platform": -1.0}}, "platform"),
     ):  # fmt: skip
         with pytest.raises(mf.MafsilError, match=word):
@@ -394,9 +397,8 @@ def test_hypervolume_of_boxes_and_of_a_known_front() -> None:
     arm = ParametricArm.of({
         "convention": "modified", "parameters": lengths, "joint": joints, "tool": {"xyz": ["b", 0.0, 0.0]}
     })  # fmt: skip
-    front = optimise(
-        arm, TaskSet.of({"points": [[0.15, 0.0, 0.0]]}), ["mass", "reach"], points=8, population=16, generations=20
-    )
+    tasks = TaskSet.of({"points": [[0.15, 0.0, 0.0]]})
+    front = optimise(arm, tasks, ["mass", "reach"], points=4, population=8, generations=8)
     line = 2700 * pi * 0.004 * 0.046
     f = np.array([[point.measures["mass"] / line, -point.measures["reach"]] for point in front])
     np.testing.assert_allclose(f[:, 0], -f[:, 1], rtol=1e-6)

@@ -241,6 +241,7 @@ CALLS = (
     "mf.design.pick_drives(design=STUDY, catalogue=SIZES, q=Q23, qd=0 * Q23 + 1, qdd=0 * Q23, payload=1.0, "
     "backlash=0.01)",
     "mf.design.optimise(arm=FAMILY, tasks=CHORE, goals=['mass'], limits={'mass': 9.0}, population=5, generations=1)",
+    "mf.design.hypervolume(f=[[1.0, 2.0], [2.0, 1.0]], reference=[3.0, 3.0])",
     "mf.design.payload_map(design='puma560', at=0.1, cell=0.5, rpy=[[3.0, 0.0, 0.0]])",
     "mf.design.reach_map(design=R2, plane='xy', at=0.1, cell=0.5, rpy=[[3.0, 0.0, 0.0]])",
     # trajectory

@@ -207,7 +207,7 @@ MADE = (
     "LinearQuadratic Linkage LinkageJoint LoadCapacity LocusComponent ManyDyads MatrixFeedback MinMax "
     "ModelPredictive MotionGroup MotionRequest NavigationFunction NearSingularity NearestLengths PathMotion "
     "PathPoint PathRemedy Pfaffian PinnedArm PlanarArm PlanarEllipse PlannedGrasp PlannerResult Polytope "
-    "PoseErrorResponse PotentialField ProfileRun PumaShape Quadtree ReducedDynamics Remedy SearchBudget "
+    "PlatformDesign PoseErrorResponse PotentialField ProfileRun PumaShape Quadtree ReducedDynamics Remedy SearchBudget "
     "SearchLog SecondBody SelfMotionFamily SensorKind Sequence ShapedMotion SingularPerturbationControl "
     "SingularityCause SlidingMode Solid Solution SolutionFamily SphereBand StructuralError Surface BranchSwitch "
     "TaskDynamics TimedArm TipDamping TipMotionEstimate Tolerance TransmissionKind UnreachableStretch Variants "

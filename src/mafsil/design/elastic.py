@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, as_batch, not_negative, single, whole
 from mafsil.design.arm import SHORTEST, ArmDesign
 from mafsil.design.parts import Tube
-from mafsil.mechanics.inertial_parameters import inertial_of, parameters_of
+from mafsil.mechanics.inertial_parameters import inertial_of, moved_parameters, parameters_of
 from mafsil.mechanics.rigid_body import RigidBody
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import Inertial, JointKind
@@ -58,9 +58,17 @@ class FlexibleArm:
             for tube, end in zip(design.tubes, ends, strict=True)
         ]
         self._ends = [np.asarray(end[:3, 3]) for end in ends]
+        # The drive of the next joint sits at the far end of a link, whose tube it bends.
+        carried = [
+            drive.parameters(joint.T_pj[:3, :3], np.zeros(3), np.asarray(joint.axis))
+            if drive is not None
+            else np.zeros(10)
+            for joint, drive in zip(mechanism.joints[1:], design.drives[1:], strict=True)
+        ] + [np.zeros(10)]
+        self._carried = [_spatial_inertia(parameters) for parameters in carried]
         self._rigid = [
-            _rest(link.inertial, tube, end)
-            for link, tube, end in zip(mechanism.links[1:], self._tubes, self._ends, strict=True)
+            _rest(link.inertial, tube, end, moved_parameters(heavy, np.eye(3), end))
+            for link, tube, end, heavy in zip(mechanism.links[1:], self._tubes, self._ends, carried, strict=True)
         ]
         self._springs = [k for k, stiffness in enumerate(design.stiffness) if stiffness < inf]
         self.freedoms = len(self._springs) + 6 * self.beams * sum(tube is not None for tube in self._tubes)
@@ -82,12 +90,11 @@ class FlexibleArm:
                 B[:, own] += np.concatenate([rotation, advance * (T[:3, :3] @ joint.axis)])
             _add_body(M, load, B, _turn(self._rigid[k], T[:3, :3]), g)
             tube, end = self._tubes[k], T[:3, :3] @ self._ends[k]
+            step = end / self.beams
+            stiff, heavy = (np.zeros(()),) * 2 if tube is None else beam_matrices(tube, step)
             if tube is None:
                 B = _carry(end) @ B
-                continue
-            step = end / self.beams
-            stiff, heavy = beam_matrices(tube, step)
-            for _ in range(self.beams):
+            for _ in range(self.beams if tube is not None else 0):
                 after = np.zeros((6, N))
                 after[:, free : free + 6] = np.eye(6)
                 free += 6
@@ -96,6 +103,7 @@ class FlexibleArm:
                 M += both.T @ heavy @ both
                 load += both.T @ heavy @ np.tile([*np.zeros(3), *g], 2)
                 B = after
+            _add_body(M, load, B, _turn(self._carried[k], T[:3, :3]), g)
         tip = poses[len(mechanism.joints)][:3, :3] @ mechanism.T_lt[:3, :3]
         _add_body(M, load, B, _turn(self._tip, tip), g)
         return K, M, load, B
@@ -175,13 +183,18 @@ def beam_matrices(tube: Tube, along: Floats) -> tuple[Floats, Floats]:
     return R @ K @ R.T, R @ M @ R.T
 
 
-def _rest(inertial: Inertial | None, tube: Tube | None, end: Floats) -> Floats:
-    """(6, 6) spatial inertia of a link without its tube, in its frame."""
-    total = parameters_of(inertial)
+def _rest(inertial: Inertial | None, tube: Tube | None, end: Floats, carried: Floats) -> Floats:
+    """(6, 6) spatial inertia of a link without its tube and without the drive (10,) that it carries, in its frame."""
+    total = parameters_of(inertial) - carried
     if tube is not None:
         total = total - parameters_of(tube.inertial(end))
-    total = np.where(np.abs(total) > 1e-12 * np.abs(parameters_of(inertial)).max(), total, 0.0)
-    return RigidBody(inertial_of(total)).spatial_inertia if total[0] > 0.0 else np.zeros((6, 6))
+    largest = np.abs(parameters_of(inertial)).max()
+    return _spatial_inertia(np.where(np.abs(total) > 1e-12 * largest, total, 0.0))
+
+
+def _spatial_inertia(parameters: Floats) -> Floats:
+    """(6, 6) of a body's inertial parameters (10,); zeros without a mass."""
+    return RigidBody(inertial_of(parameters)).spatial_inertia if parameters[0] > 0.0 else np.zeros((6, 6))
 
 
 def _turn(G: Floats, R: Floats) -> Floats:

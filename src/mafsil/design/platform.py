@@ -40,6 +40,7 @@ from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix, real_array,
 from mafsil.design.arm import ArmDesign, Family, ParametricArm, numbers_in, read_family, require_keys
 from mafsil.design.tasks import IN_CYCLE, MEASURES, SAMPLES, Evaluation, TaskSet, evaluate_arm, measure_arms
 from mafsil.errors import FileError, InputError
+from mafsil.fields import check_fields, vector
 from mafsil.floating_point import EPS
 from mafsil.geometry import rotation
 from mafsil.model.loading import RobotLike
@@ -95,6 +96,9 @@ class Motors:
             value = real_array(name, getattr(self, name))
             if not (value > 0.0).all():
                 raise InputError("input.positive", name=name, value=value.tolist())
+        low, high = (real_array(name, getattr(self, name)) for name in ("lower", "upper"))
+        if not (low <= high).all():
+            raise InputError("input.range", name="lower", value=low.tolist(), low=-np.inf, high=high.tolist())
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -114,6 +118,7 @@ class PlatformDesign:
     masses: RodMasses = field(default_factory=lambda: RodMasses(0.0))
     motors: Motors = field(default_factory=Motors)
     gravity: ArrayLike = (0.0, 0.0, -9.81)
+    __post_init__ = check_fields(gravity=vector(3))
 
     @property
     def effort(self) -> Floats:

@@ -203,9 +203,8 @@ class _Search:
     def least(self, weights: Floats) -> None:
         """One run: the design with the least weighted sum of goals."""
         kept = self.f[self.excess == 0.0]
-        ideal, span = np.zeros(len(self.goals)), np.ones(len(self.goals))
-        if len(kept):
-            ideal, span = kept.min(axis=0), np.maximum(np.ptp(kept, axis=0), 1e-12)
+        ideal = kept.min(axis=0) if len(kept) else np.zeros(len(self.goals))
+        span = np.maximum(np.ptp(kept, axis=0), 1e-12) if len(kept) else np.ones(len(self.goals))
 
         def value(rows: Floats) -> Floats:
             f, excess = self._look(np.atleast_2d(rows.T))
@@ -291,8 +290,7 @@ class _Search:
 
     def _judge(self, rows: Floats) -> Floats:
         """(D, goals + 1) goals to be made small and how far limits are broken, of designs (D, free)."""
-        low, high = np.array(self.bounds).T
-        values = [self._name_values(row) for row in np.clip(rows, low, high)]
+        values = [self._name_values(row) for row in np.clip(rows, *np.array(self.bounds).T)]
         arguments = (self.arm, replace(self.tasks, scene=None), self.names, self.seed, self.starts)
         if self.executor is None:
             parts = [_measure(values, *arguments)]
