@@ -81,11 +81,11 @@ class Browser:
         os.close(self._to)
         os.close(self._from)
 
-    def resize(self, width: int, height: int, *, phone: bool = False, scheme: str = "light") -> None:
-        """Size of the page, as on a phone or not, light or dark."""
+    def resize(self, width: int, height: int, *, phone: bool = False, scheme: str = "light", media: str = "") -> None:
+        """Size of the page, as on a phone or not, light or dark, on a screen or as `print`."""
         self._call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=phone)
         features = [{"name": "prefers-color-scheme", "value": scheme}]
-        self._call("Emulation.setEmulatedMedia", features=features)
+        self._call("Emulation.setEmulatedMedia", features=features, media=media)
 
     def load(
         self, path: Path | str, ending: str = "", drawn: str = "window.mafsil && window.mafsil.timing.frames > 0"

@@ -12,14 +12,22 @@ import pytest
 
 from mafsil.cli.main import main
 from mafsil.errors import InputError
-from mafsil.job import bench_laws, parse_job
+from mafsil.job import Run, bench_laws, parse_job
+from mafsil.job.judging.judgement import summary
 from mafsil.job.judging.law_bench import CONDITIONS, PIECES
 from mafsil.messages import say
-from mafsil.report import write_law_report
+from mafsil.report import contents, write_law_report
 from mafsil.report.law_report import law_page, render_laws
+from mafsil.report.page import render
+from mafsil.report.run_tables import limit_plot
 from tests.job.test_job_planning import planned
 from tests.page.node import needed
-from tests.report.test_report_browser import FLAGS
+
+FLAGS = (
+    "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--virtual-time-budget=2000", "--enable-logging=stderr", "--window-size=1200,900",
+)  # fmt: skip
 
 TEXT = """
 title = "Press </script><script>alert(1)</script> & 'lift'"
@@ -156,3 +164,21 @@ def test_the_command_writes_the_page(tmp_path, capsys):
     assert (out / "report.html").exists()
     assert main(["compare", "control", str(job), "--laws", "pid", "--out", str(Path(__file__).parent)]) != 0
     assert main(["compare", "planners", str(job), "--out", str(out)]) != 0
+
+
+@pytest.mark.parametrize("language", ["en", "ar"])
+def test_the_script_draws_everything(small_run: Run, language: str, tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    page.write_text(render(contents.page(small_run, summary(small_run), language)), encoding="utf-8")
+    browser = needed("chromium", "chromium-browser", "google-chrome")
+    words = [browser, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", f"{page.as_uri()}#t=0.5"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
+    dom = done.stdout
+    assert not re.findall(r"CONSOLE.*(?:[Rr]efused|Uncaught|Error)", done.stderr)
+    (used,) = limit_plot(small_run, small_run.recording.t[contents.plot_rows(small_run)], language)
+    # One more is the distance of the robot from itself.
+    assert dom.count('class="curve"') == 4 * small_run.robot.n + len(used.names) + 1
+    assert re.search(r'<output id="clock"[^>]*>0\.50 s</output>', dom)
+    assert re.search(r'<p id="status" role="status" hidden', dom), "the page did not start"
+    assert dom.count("<i ") >= len(small_run.plan.legs)
+    assert "onerror=alert(2)>" not in re.sub(r"&lt;|&gt;|&quot;", "", dom.split('id="data"')[0])

@@ -280,6 +280,20 @@ def test_a_phone_has_its_bar_in_one_row_and_tables_that_fit(browser: Browser, re
         browser.ask("mafsil.speak()")
 
 
+def test_paper_shows_key_frames_and_nothing_to_press(browser: Browser, results: Path) -> None:
+    """A4 at 96 dots an inch: what is wider would be cut."""
+    browser.load(results / "report.html", "#t=0.5", DRAWN)
+    browser.ask("mafsil.player.strip()")
+    browser.resize(794, 1123, media="print")
+    settle(browser)
+    assert browser.ask("document.documentElement.scrollWidth") <= 794
+    seen = "[...document.querySelectorAll('{}')].filter(e => e.checkVisibility()).map(e => e.outerHTML.slice(0, 90))"
+    assert len(browser.ask(seen.format("#strip canvas"))) == 5
+    assert browser.ask(seen.format("#top button, #tree button, #bar *, input, #stage button")) == []
+    browser.ask("mafsil.player.strip()")  # once more, where there is no picture to copy
+    browser.resize(1280, 860)
+
+
 def test_the_replay_is_led_by_keys_and_every_control_has_a_name(browser: Browser, results: Path) -> None:
     browser.load(results / "report.html", "#t=0.5", DRAWN)
     nameless = browser.ask(

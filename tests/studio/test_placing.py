@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import json
+import threading
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from mafsil.geometry import pose, rotation
+from mafsil.geometry import rotation
 from mafsil.job.language.reading import parse_job
 from mafsil.report.replay import waiting_scene
-from mafsil.studio.opening import robot_of_job
+from mafsil.studio.opening import robot_of_job, studio_of
 from mafsil.studio.placing import is_placed, placeable, placed_text, things_data
+from tests.page.browser import Browser
+from tests.page.test_application import HANDLE, SETTLED, WALL
 
 JOBS = sorted(Path("examples/jobs").glob("*.toml"))
+POLISH = WALL.with_name("polish_a_plate_puma560.toml")
 MANY_WAYS = """
 robot = "ur5e"
 angles = "{angles}"
@@ -132,4 +138,90 @@ def test_parts_go_with_the_target_at_which_they_are_taken() -> None:
     things = placeable(job, text)
     (part,) = [one for one in things_data(job, things) if one["kind"] == "part"]
     assert things[part["leads"]].keys == ("move", 1, "pose")
-    assert pose.is_pose(np.eye(4))
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with Browser(tmp_path_factory.mktemp("placing"), (1280, 800)) as window:
+        yield window
+        assert not window.errors
+
+
+def grab(browser: Browser, thing: int, by: tuple[float, float] = (0, 0)) -> None:
+    """Press at the dot or the origin of a thing of the job, and lead it by so many pixels."""
+    left, top, _, _ = browser.box("#scene")
+    at = f"[3, 7, 11].map(r => mafsil.player.scenery.gripOf({thing})[r])"
+    found = browser.ask(f"mafsil.stage.camera.project({at}, mafsil.stage.width, mafsil.stage.height)")
+    x, y = left + found["x"], top + found["y"]
+    browser.drag((x, y), (x + by[0], y + by[1]))
+
+
+def turn(browser: Browser, axis: int) -> None:
+    """Lead a ring of what is held by 0.4 rad."""
+    left, top, _, _ = browser.box("#scene")
+    for share in np.arange(0.3, 6.0, 0.5):
+        (x, y), (u, v) = browser.ask(f"{HANDLE}('turn', {axis}, {share})")
+        browser.mouse("mouseMoved", left + x + 1, top + y)
+        browser.mouse("mouseMoved", left + x, top + y)
+        if browser.ask("[mafsil.stage.handle?.kind, mafsil.stage.handle?.axis]") == ["turn", axis]:
+            browser.drag((left + x, top + y), (left + u, top + v))
+            return
+    raise AssertionError("no place of the ring is free")
+
+
+def test_things_of_a_job_are_turned_shifted_and_brought_back(browser: Browser) -> None:
+    """By rings, by the dot of a part; the text says so, undo brings both back, in the order in which they were done."""
+    browser.resize(1280, 800)
+    for path, name, table in ((WALL, "wall", "obstacle"), (POLISH, "plate", "surface")):
+        with studio_of([str(path)], 0) as studio:
+            threading.Thread(target=studio.serve, daemon=True).start()
+            browser.load(studio.address)
+            browser.wait(
+                "mafsil.tab === 'job' && mafsil.player.scenery?.things.length && mafsil.store.journal.length === 1"
+            )
+            browser.ask("mafsil.stage.home()")
+            browser.ask(SETTLED)
+            first = text = studio.jobs.job["text"]
+            kinds = browser.ask("mafsil.player.scenery.things.map(({ kind }) => kind)")
+            thing = kinds.index("around") + [one.name for one in getattr(parse_job(text), table)].index(name)
+            grab(browser, thing)
+            assert browser.ask("mafsil.store.shown.selected") == thing
+            for axis in (0, 2) if table == "obstacle" else (0,):
+                before = np.reshape(browser.ask(f"mafsil.player.scenery.gripOf({thing})"), (4, 4))
+                turn(browser, axis)
+                wanted = np.reshape(browser.ask(f"mafsil.player.scenery.gripOf({thing})"), (4, 4))
+                change = before[:3, :3].T @ wanted[:3, :3]
+                assert np.allclose(change @ np.eye(3)[axis], np.eye(3)[axis], atol=1e-5)
+                assert np.arccos((np.trace(change) - 1) / 2) > 0.1
+                browser.wait(f"mafsil.link.heard.get('job').text !== {json.dumps(text)}")
+                text = studio.jobs.job["text"]
+                now = getattr(parse_job(text), table)[0 if table == "surface" else 1]
+                if table == "surface":
+                    assert now.normal == pytest.approx(wanted[:3, 2], abs=2e-6)
+                else:
+                    R = np.asarray(rotation.from_rpy(np.radians(now.rpy)))
+                    assert np.allclose(R, wanted[:3, :3], atol=1e-5)
+                    assert now.position == pytest.approx([0.6, 0.0, 0.225], abs=1e-6)
+                browser.ask(SETTLED)
+            if table == "obstacle":
+                part, leads = kinds.index("part"), 1
+                browser.ask("mafsil.store.do('set_joint', { joint: 0, value: 0.1 })")
+                at = np.array(browser.ask(f"mafsil.player.scenery.gripOf({part})"))[[3, 7, 11]]
+                grab(browser, part, (25, -40))
+                browser.wait(f"mafsil.link.heard.get('job').text !== {json.dumps(text)}")
+                moved = np.array(browser.ask(f"mafsil.player.scenery.gripOf({part})"))[[3, 7, 11]] - at
+                assert np.linalg.norm(moved) > 0.02
+                assert np.allclose(moved / 0.005, np.round(moved / 0.005), atol=1e-3)
+                target = parse_job(studio.jobs.job["text"]).move[leads].pose
+                assert target.position == pytest.approx(np.add([0.45, 0.30, 0.10], moved), abs=2e-6)
+                browser.click("#undo")
+                browser.wait(f"mafsil.link.heard.get('job').text === {json.dumps(text)}")
+                assert browser.ask("mafsil.store.state.q[0]") == 0.1
+                browser.click("#undo")
+                assert browser.ask("mafsil.store.state.q[0]") != 0.1
+                browser.click("#undo")
+            browser.click("#undo")
+            browser.wait(f"mafsil.link.heard.get('job').text === {json.dumps(first)}")
+            browser.wait(f"document.getElementById('job').value === {json.dumps(first)}")
+            browser.load("about:blank", drawn="true")
+            studio.server.shutdown()

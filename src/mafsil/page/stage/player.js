@@ -97,7 +97,7 @@ export class Player {
   /** Key frames for paper, where nothing plays: evenly from the beginning of the replay to its end. */
   strip() {
     const { replay, app: { stage } } = this;
-    if (!replay) return;
+    if (!replay || !stage.canvas.width) return;
     const { time } = replay, spread = this.spread();
     at("strip").replaceChildren(...Array.from({ length: KEY_FRAMES }, (_, k) => {
       posed(Object.assign(replay, { time: k * this.end / (KEY_FRAMES - 1) }));
