@@ -89,16 +89,14 @@ class Checker(ArmInScene):
         if code >= 0:
             return VERDICTS[code]
         rows, batch = self._rows(q)
-        found, shop = np.empty(len(rows), np.bool_), self.workshop()
-        if len(rows) <= ROWS_OF_THREAD:
-            segment_loops.collide(shop, rows, found)
-            return found.reshape(batch)
+        found = np.empty(len(rows), np.bool_)
+        self.workshop()  # What all threads share is laid out by one.
 
         def part(k: int) -> None:
             here = slice(k * ROWS_OF_THREAD, (k + 1) * ROWS_OF_THREAD)
             segment_loops.collide(self.workshop(), rows[here], found[here])
 
-        threads.run(part, -(-len(rows) // ROWS_OF_THREAD), threads.available())
+        threads.run(part, -(-len(rows) // ROWS_OF_THREAD), threads.available() if len(rows) > ROWS_OF_THREAD else 1)
         return found.reshape(batch)
 
     def free(self, q: ArrayLike) -> Truth:
