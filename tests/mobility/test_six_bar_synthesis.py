@@ -38,7 +38,7 @@ def links(bar):
 @pytest.mark.parametrize("seed", range(10))
 def test_the_path_of_a_planted_six_bar_gives_it_back(form, seed):
     bar, theta, modes = planted(np.random.default_rng([seed, len(form)]), form)
-    points = bar.traced(theta, modes)
+    points = bar.path_points(theta, modes)
     places = bar.bodies(theta, modes)[0]
     B, P = places[2], places[4]
     T = points[:, 0] + 1j * points[:, 1]
@@ -52,7 +52,7 @@ def test_the_path_of_a_planted_six_bar_gives_it_back(form, seed):
     same = [np.abs(links(one.linkage) - links(bar)).max() for one in found]
     assert min(same) < 1e-6
     for one in found:
-        met = np.array([one.linkage.traced(t, m) for t, m in zip(one.theta, one.modes, strict=True)])
+        met = np.array([one.linkage.path_points(t, m) for t, m in zip(one.theta, one.modes, strict=True)])
         assert np.abs(met - points).max() < 1e-7 * links(one.linkage).max()
 
 
@@ -91,7 +91,7 @@ def test_klanns_published_leg_is_found_from_five_points_of_its_foot():
     drawn = best.linkage.drawn(float(best.theta[0]), best.modes[0].tolist())
     assert mf.mobility(drawn).mobility == 1
     more = klann_places(np.linspace(0, 6, 50))["foot"]
-    np.testing.assert_allclose(best.linkage.traced(np.linspace(0, 6, 50), best.modes[0].tolist()), more, atol=1e-5)
+    np.testing.assert_allclose(best.linkage.path_points(np.linspace(0, 6, 50), best.modes[0].tolist()), more, atol=1e-5)
 
 
 @pytest.mark.parametrize("form", ["watt", "stephenson"])

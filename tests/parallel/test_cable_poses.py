@@ -50,7 +50,7 @@ def test_disagreeing_lengths_give_least_squares(planar):
     robot, x = crane(rng, planar), place(rng, planar)
     wrong = robot.lengths(x) + 0.01 * rng.normal(size=robot.m)
     found = parallel.cable_poses(robot, wrong, x)
-    assert found.status is parallel.cables.cable_pose.CablePoseStatus.DISAGREE
+    assert found.status is parallel.cables.cable_robot.CablePoseStatus.DISAGREE
 
     def residual(step):
         if planar:
@@ -79,4 +79,4 @@ def test_batches_and_bad_input():
     with pytest.raises(InputError, match="x_guess"):
         parallel.cable_poses(robot, np.ones(8), np.zeros((4, 4)))
     early = parallel.cable_poses(robot, robot.lengths(T[0]), np.eye(4), max_steps=1)
-    assert early.status is parallel.cables.cable_pose.CablePoseStatus.NOT_FOUND
+    assert early.status is parallel.cables.cable_robot.CablePoseStatus.NOT_FOUND

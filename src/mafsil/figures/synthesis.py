@@ -109,11 +109,11 @@ def _draw_chain(axes: Any, found: ChainSynthesis, index: int) -> None:
         modes: list[int] = one.modes[0].tolist()
         angles = np.linspace(-np.pi, np.pi, 1441)
         stretch = np.abs(linkage.cosines(angles, modes)).max(axis=1, keepdims=True)
-        curve = np.where(stretch <= 1.0, linkage.traced(angles, modes), np.nan)
+        curve = np.where(stretch <= 1.0, linkage.path_points(angles, modes), np.nan)
         axes.plot(*curve.T, color=_CURVE, linewidth=1.0, zorder=1, label=_label("coupler_curve"))
         fixed = linkage.pivots
     else:
-        fixed = _seen(linkage.pivots, one)
+        fixed = _project_axes(linkage.pivots, one)
         axes.add_patch(_circle())
     axes.plot(*fixed.T, linestyle="none", marker="^", markersize=12, color=_GROUND, zorder=5)
 
@@ -133,7 +133,7 @@ def _chain_lines(one: ChainCandidate, k: int) -> list[Floats]:
         ends = ((linkage.A, B), (B, C), (C, linkage.D))
         share = np.linspace(0.0, 1.0, 40)[:, None]
         arcs = [(1 - share) * start + share * end for start, end in ends]
-        return [_seen(arc / np.linalg.norm(arc, axis=1, keepdims=True), one) for arc in arcs]
+        return [_project_axes(arc / np.linalg.norm(arc, axis=1, keepdims=True), one) for arc in arcs]
     assert isinstance(linkage, SixBar)
     places, ways, _ = linkage.bodies(theta, modes)
     z, u = places[:, 0], ways[:, 0]
@@ -150,7 +150,7 @@ def _chain_lines(one: ChainCandidate, k: int) -> list[Floats]:
     return [as_points(np.array([*points, points[0]], dtype=np.complex128)) for points in held]
 
 
-def _seen(axes: Floats, one: ChainCandidate) -> Floats:
+def _project_axes(axes: Floats, one: ChainCandidate) -> Floats:
     """(k, 2) unit vectors seen from the middle of the fixed axes of a spherical four-bar."""
     A, D = one.linkage.pivots
     z = (A + D) / np.linalg.norm(A + D)

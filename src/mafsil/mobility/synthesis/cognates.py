@@ -170,7 +170,7 @@ def _difference(three: list[Positions]) -> float:
     points = [_point(each, each.C[0]) for each in three]
     gaps = [0.0]
     for each in three[1:]:
-        closed, regular = _closed(each)
+        closed, regular = _close_pin(each)
         gaps.append(float(np.abs(_point(each, closed) - points[0])[regular].max(initial=0.0)))
     return max(gaps)
 
@@ -181,7 +181,7 @@ def _point(four_bar: Positions, C: Complexes) -> Complexes:
     return four_bar.B[0] + complex(*four_bar.frame[0, :2]) * u / np.maximum(np.abs(u), LEAST_DIVISOR)
 
 
-def _closed(four_bar: Positions) -> tuple[Complexes, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]:
+def _close_pin(four_bar: Positions) -> tuple[Complexes, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]:
     """(N,) pin C by the mean lengths of one four-bar on its side of B-D, and where it stands away from dead points."""
     B, D = four_bar.B[0], four_bar.D[0]
     b, c = (float(np.abs(four_bar.C[0] - end).mean()) for end in (B, D))

@@ -117,7 +117,7 @@ class SixBar:
         """(k, 2) cosines of the transmission angles of both dyads; beyond -1 and 1 it does not close."""
         return self.bodies(theta, modes)[2]
 
-    def traced(self, theta: ArrayLike, modes: Sequence[int]) -> Floats:
+    def path_points(self, theta: ArrayLike, modes: Sequence[int]) -> Floats:
         """(k, 2) the point that follows a path; of a six-bar for a function the hinge of the output link [m]."""
         places, ways, _ = self.bodies(theta, modes)
         point = self.arms[1][0].length if self.point is None else self.point
@@ -218,6 +218,6 @@ def measure_six_bar(
         gaps = [np.abs(places[:, 0] - np.array([each[k] for each in bodies.places])).max()]
         gaps += [d.length * abs(complex(ways[OUTPUT, 0] - bodies.ways[OUTPUT][k]))]
         if traced is not None:
-            gaps.append(np.hypot(*(linkage.traced(theta[k : k + 1], mode)[0] - as_points(traced[k]))))
+            gaps.append(np.hypot(*(linkage.path_points(theta[k : k + 1], mode)[0] - as_points(traced[k]))))
         residual = max(residual, *map(float, gaps))
     return Placed(linkage, theta, modes, residual)

@@ -122,7 +122,7 @@ def synthesise_six_bar_path(
         if hinges is None:
             continue
         reached += 1
-        placed += [[one] for one in _completed(form, base, *hinges, T)]
+        placed += [[one] for one in _complete_chain(form, base, *hinges, T)]
     details = {"chains": reached}
     return rank_chains(placed, limits, "path", task, "six_bar_path", complete=given and reached > 0, details=details)
 
@@ -150,7 +150,7 @@ def _chains(T: Complexes, timing: Floats, count: int, seed: int) -> Iterable[Thr
             yield chain
 
 
-def _completed(form: Form, base: int, A: complex, B: Complexes, P: Complexes, T: Complexes) -> list[Placed]:
+def _complete_chain(form: Form, base: int, A: complex, B: Complexes, P: Complexes, T: Complexes) -> list[Placed]:
     """Six-bars of one chain in N positions.
 
     Args:

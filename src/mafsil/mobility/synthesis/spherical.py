@@ -171,7 +171,7 @@ def synthesise_spherical_motion(
     for i, j in combinations(range(len(places)), 2):
         ends = p[kept][i], p[kept][j] * np.copysign(1.0, p[kept][i] @ p[kept][j])
         sides = ((ends[0], places[i], places[j], ends[1]), (ends[1], places[j], places[i], ends[0]))
-        placed.append([one for side in sides if (one := _placed(*side)) is not None])
+        placed.append([one for side in sides if (one := _place_axes(*side)) is not None])
     method = {3: "spherical_by_grid", 4: "spherical_by_cone", 5: "spherical_by_five"}[len(R)]
     return rank_chains(
         placed, limits, "motion", R, method, complete=len(R) == 5, details={"real": int(kept.sum())}
@@ -195,7 +195,7 @@ def _pairs(forms: Floats, samples: int) -> tuple[Floats, Floats]:
     return np.where(size > UNDETERMINED, p / np.maximum(size, LEAST_DIVISOR), np.nan), q
 
 
-def _placed(A: Floats, B: Floats, C: Floats, D: Floats) -> Placed | None:
+def _place_axes(A: Floats, B: Floats, C: Floats, D: Floats) -> Placed | None:
     """The four-bar of axes in N positions, with its crank angles, modes and residual; None if an arc has no length.
 
     Args:
@@ -282,7 +282,7 @@ def _of_ratios(K: Floats, theta: Floats, phi: Floats, ground: float, arcs: Float
     y = np.array([0.0, 1.0, 0.0])
     B = _about(arcs[0], theta) @ np.array([np.sin(a), 0.0, np.cos(a)])
     C = _about(arcs[1], phi) @ (_about(y, np.array([ground]))[0] @ np.array([np.sin(c), 0.0, np.cos(c)]))
-    return _placed(arcs[0], B, C, arcs[1])
+    return _place_axes(arcs[0], B, C, arcs[1])
 
 
 def _five(theta: Floats, phi: Floats, axes: Floats) -> list[Placed]:
@@ -295,6 +295,6 @@ def _five(theta: Floats, phi: Floats, axes: Floats) -> list[Placed]:
     for p, q, real in zip(pairs.p, pairs.q, pairs.real, strict=True):
         if real and _arc(p, axes[0]) > SAME_GROUND and np.pi - _arc(p, axes[0]) > SAME_GROUND:
             C = np.einsum("kij,kjl,l->ki", cranks, steps, q)
-            one = _placed(axes[0], cranks @ p, C, axes[1])
+            one = _place_axes(axes[0], cranks @ p, C, axes[1])
             placed += [] if one is None else [one]
     return placed
