@@ -184,7 +184,7 @@ class Family:
         if not np.array_equal(task.facts[name], given.value):
             return False
         other = given.value + (given.high - given.value if given.high > given.value else given.low - given.value) / 2
-        again = self.compute(draw.again(place, other))
+        again = self.compute(draw.again(place, other or given.high))  # no number that is drawn is zero
         text = template(f"{AREA}.{self.number}.text", "en")
         return again is not None and all(
             np.array_equal(fact, task.facts[key]) != (key == name)
@@ -244,7 +244,8 @@ class Curve:
         return x if abs(value) < NEAR / 10 * abs(target) else None
 
     def _grid(self) -> list[float]:
-        return np.linspace(self.given.low, self.given.high, _SAMPLES).tolist()
+        low, high = self.given[:2]
+        return [x or LEAST_CHANGE * (high - low) for x in np.linspace(low, high, _SAMPLES).tolist()]
 
 
 class _Result:
