@@ -237,7 +237,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from base-placement' -l no-color
 complete -c mafsil -n '__fish_seen_subcommand_from base-placement' -l debug
 complete -c mafsil -n '__fish_seen_subcommand_from base-placement' -l help
 complete -c mafsil -n '__fish_seen_subcommand_from base-placement' -a 'arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e'
-complete -c mafsil -n __fish_use_subcommand -a design -d 'design an arm in a file: robot, tasks, payload, accuracy, tolerances, drives, search'
+complete -c mafsil -n __fish_use_subcommand -a design -d 'design an arm in a file: robot, tasks, payload, reach, accuracy, tolerances, drives, search'
 complete -c mafsil -n '__fish_seen_subcommand_from design' -l values
 complete -c mafsil -n '__fish_seen_subcommand_from design' -l catalogue
 complete -c mafsil -n '__fish_seen_subcommand_from design' -l seed
@@ -247,7 +247,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from design' -l lang
 complete -c mafsil -n '__fish_seen_subcommand_from design' -l no-color
 complete -c mafsil -n '__fish_seen_subcommand_from design' -l debug
 complete -c mafsil -n '__fish_seen_subcommand_from design' -l help
-complete -c mafsil -n '__fish_seen_subcommand_from design' -a 'robot tasks report payload accuracy allocate drives search'
+complete -c mafsil -n '__fish_seen_subcommand_from design' -a 'robot tasks report payload reach accuracy allocate drives search'
 complete -c mafsil -n __fish_use_subcommand -a singularity -d 'singularity of a configuration: rank, cause, lost motions, wrenches carried by the structure'
 complete -c mafsil -n '__fish_seen_subcommand_from singularity' -l task
 complete -c mafsil -n '__fish_seen_subcommand_from singularity' -l tip

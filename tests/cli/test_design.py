@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 import mafsil as mf
+from mafsil.cli import registry
+from mafsil.cli.design import QUESTIONS
 from mafsil.cli.main import main
 
 FILE = Path(__file__).parents[2] / "examples" / "design" / "arm.toml"
@@ -32,6 +34,18 @@ def test_questions(capsys: pytest.CaptureFixture[str], what: str, language: str)
         mf.language(before)
     assert code == 0, err
     assert out
+
+
+def test_the_command_line_offers_every_question() -> None:
+    design = next(one for one in registry.OPERATIONS if one.name == "design")
+    assert set(next(one for one in design.parameters if one.name == "what").choices) == QUESTIONS.keys()
+
+
+def test_reach_and_its_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    code, out, err = _run(capsys, "reach", str(FILE), "--out", str(tmp_path / "reach.svg"))
+    assert code == 0, err
+    assert "reach.svg" in out
+    assert (tmp_path / "reach.svg").read_text("utf-8").startswith("<")
 
 
 def test_data_for_machines(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
