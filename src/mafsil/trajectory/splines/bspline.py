@@ -264,6 +264,8 @@ def bspline_through(
     wanted = [size**k * value for size, side in zip(h[[0, -1]], given, strict=True) for k, value in enumerate(side, 1)]
     right[row] = np.concatenate([u, wanted] if wanted else [u]).reshape(N, -1)
     control = solve_banded(bands, right)
+    if not np.isfinite(control).all():
+        raise InputError("trajectory.overflow", duration=float(t[-1]))
     return BSpline(frozen(knots), frozen(control.reshape(-1, *u.shape[1:])), p)
 
 
