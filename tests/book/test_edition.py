@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections import Counter
 from functools import reduce
 from itertools import chain
@@ -205,3 +206,14 @@ def test_a_page_redraws_its_figures_in_the_browser(number: str, tmp_path: Path) 
             browser.picture(tmp_path / f"{language}.png")
         assert browser.errors == []
         assert [url for url in browser.requests if not url.startswith(("file:", "blob:", "data:"))] == []
+
+
+def test_a_section_and_an_exercise_say_what_to_type_next(capsys: pytest.CaptureFixture[str]) -> None:
+    """What they name runs: the command of a section draws an exercise, that of an exercise takes its answer."""
+    assert main(["book", "4.3.2"]) == 0
+    drawn = capsys.readouterr().out.rstrip().split("\n")[-1]
+    assert main(shlex.split(drawn)[1:]) == 0
+    answered, solved = capsys.readouterr().out.rstrip().split("\n")[-2:]
+    assert main(shlex.split(solved)[1:]) == 0
+    right = capsys.readouterr().out.rstrip().rpartition("= ")[2]
+    assert main(shlex.split(answered.replace("...", right))[1:]) == 0

@@ -25,7 +25,6 @@ OURS = {
     "kernels/loops/definition.py": "our own sources",
     "kernels/identity.py": "our own sources, and what the processor is",
     "kernels/result_memory.py": "the size of the processor's cache",
-    "job/planning/resting.py": "our own sources",
     "mechanics/catalogue.py": "our own sources",
     "scene/modules.py": "our own scripts",
     "report/page.py": "our own template",

@@ -87,10 +87,20 @@ def book(
     if picture is not None:
         require_kind(picture, PLAIN)
         lines.append(draw_picture(book_of.figure(number).save, picture, {}))
+    data = entry.to_dict()
     if what == "section" and out is not None:
         book_of.section(number).save(out)
         lines = [say("cli.book_written", path=out)]
-    return Answer(entry.to_dict(), tuple(lines))
+    elif data.get("figures") or data.get("exercises"):
+        lines += _next_commands(number, data)
+    return Answer(data, tuple(lines))
+
+
+def _next_commands(number: str, section: dict[str, Any]) -> list[str]:
+    """How the figures and exercises of a section are opened."""
+    commands = [f"mafsil book figure {each} --picture FILE.png" for each in section["figures"][:1]]
+    commands += [f"mafsil book exercise {number} --seed 1"] * bool(section["exercises"])
+    return [say("cli.book_next"), *commands]
 
 
 def _find(words: str) -> Answer:
@@ -122,6 +132,10 @@ def _exercise(number: str, seed: int, level: int, answers: Sequence[str], *, sol
         lines += [f"{k}. {step}" for k, step in enumerate(one.solution(), start=1)] + one.derive().split("\n")
     if not answers:
         hidden = () if solution else ("hints", "solution", "answers")
+        asks = " ".join(f"{part.name}=..." for part in one.asked)
+        drawn = f'mafsil book exercise "{one.number}" --seed {seed}' + (f" --level {level}" if level != 1 else "")
+        more = [] if solution else [f"{drawn} --answer {asks}", f"{drawn} --solution"]
+        lines += [say("cli.book_next"), *more] if more else []
         return Answer({key: value for key, value in data.items() if key not in hidden}, tuple(filter(None, lines)))
     named: dict[str, str] = {}
     for text in answers:

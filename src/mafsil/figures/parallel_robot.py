@@ -244,7 +244,7 @@ def draw_legs(mechanism: LegMechanism, q: Floats) -> Any:
         space.line(axes, places, LEG, width=1.8)
         for k, place in enumerate(places):
             colour = DRIVEN if part.start + k in mechanism.driven else LEG
-            turns = bool(leg.screws[:3, k].any())
+            turns = bool(leg.screws[k, :3].any())
             fill = colour if colour == DRIVEN else "white"
             look = {"marker": "o" if turns else "s", "color": colour, "markerfacecolor": fill, "markersize": 6}
             axes.plot(*place[:, None], zorder=6, **look)
