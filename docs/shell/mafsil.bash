@@ -9,7 +9,7 @@ _mafsil() {
         diff) words='--json --lang --no-color --debug --help' ;;
         studio) words='--port --open --view --json --lang --no-color --debug --help' ;;
         list) words='--json --lang --no-color --debug --help' ;;
-        book) words='--picture --seed --level --answer --solution --students --exam --eastern-digits --files --out --json --lang --no-color --debug --help' ;;
+        book) words='--picture --seed --level --answer --hints --solution --students --exam --eastern-digits --files --out --json --lang --no-color --debug --help' ;;
         show) words='--tip --picture --out --open --view --degrees --lock --tool --payload --xacro-arg --model --base --gravity --json --lang --no-color --debug --help arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e' ;;
         fk) words='--frame --tip --degrees --lock --tool --payload --xacro-arg --model --base --gravity --json --lang --no-color --debug --help arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e' ;;
         ik) words='--pose --all --near --task --frame --tip --degrees --picture --lock --tool --payload --xacro-arg --model --base --gravity --json --lang --no-color --debug --help pose position axis arm6r cobra600 elbow6r fr3 generalized_puma iiwa7 offset_puma offset_stanford panda planar2r planar2r_point_masses planar3r puma560 rrprrr rrprrr_upright rrrp rv7flm scara_rrrp spatial3r stanford_arm ur10e ur3e ur5 ur5e' ;;

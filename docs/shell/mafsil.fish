@@ -82,6 +82,7 @@ complete -c mafsil -n '__fish_seen_subcommand_from book' -l picture
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l seed
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l level
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l answer
+complete -c mafsil -n '__fish_seen_subcommand_from book' -l hints
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l solution
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l students
 complete -c mafsil -n '__fish_seen_subcommand_from book' -l exam

@@ -37,6 +37,7 @@ def book(
     seed: str | None = None,
     level: str | None = None,
     answer: list[str] | None = None,
+    hints: str | None = None,
     solution: bool = False,
     students: str | None = None,
     exam: bool = False,
@@ -52,6 +53,7 @@ def book(
         picture: file for a figure: PNG, SVG or PDF.
         seed, level: of exercises.
         answer: answers to an exercise, `NAME=NUMBERS`.
+        hints: how many hints of an exercise are shown, from the first one on.
         solution: with hints and solution of an exercise.
         students: CSV file with the names of those who get a sheet each.
         exam: sheets that do not judge themselves.
@@ -81,7 +83,8 @@ def book(
     if what is None or number is None:
         return _entries(what)
     if what == "exercise":
-        return _exercise(number, drawn_from, difficulty, answer or [], solution=solution)
+        told = count("hints", hints or "0")
+        return _exercise(number, drawn_from, difficulty, answer or [], hints=told, solution=solution)
     entry = _OPEN[what](number)
     lines = entry.explain().split("\n")
     if picture is not None:
@@ -124,17 +127,19 @@ def _list_lines(rows: list[list[str]]) -> list[str]:
     return table([say(f"cli.book_{key}") for key in ("kind", "at", "title")], rows, words=(2,))
 
 
-def _exercise(number: str, seed: int, level: int, answers: Sequence[str], *, solution: bool) -> Answer:
+def _exercise(number: str, seed: int, level: int, answers: Sequence[str], *, hints: int, solution: bool) -> Answer:
     """An exercise, with its solution or with the judgement of answers."""
     one = book_of.exercise(number, seed=seed, level=level)
     lines, data = one.explain().split("\n"), one.to_dict()
+    lines += [f"- {hint}" for hint in one.hints()[:hints]]
     if solution:
         lines += [f"{k}. {step}" for k, step in enumerate(one.solution(), start=1)] + one.derive().split("\n")
     if not answers:
         hidden = () if solution else ("hints", "solution", "answers")
         asks = " ".join(f"{part.name}=..." for part in one.asked)
         drawn = f'mafsil book exercise "{one.number}" --seed {seed}' + (f" --level {level}" if level != 1 else "")
-        more = [] if solution else [f"{drawn} --answer {asks}", f"{drawn} --solution"]
+        further = ["--hints 1"] if not hints and data["hints"] else []
+        more = [] if solution else [f"{drawn} {option}" for option in (*further, f"--answer {asks}", "--solution")]
         lines += [say("cli.book_next"), *more] if more else []
         return Answer({key: value for key, value in data.items() if key not in hidden}, tuple(filter(None, lines)))
     named: dict[str, str] = {}
