@@ -104,7 +104,7 @@ def test_modules_are_joined_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         "page/f.js": "export { a };\n",
     }
     monkeypatch.setattr(modules, "read", texts.__getitem__)
-    assert modules.one_script("page/a.js") == '"use strict";\nconst b=1;\nconst a=b + 1;'
+    assert modules.one_script("page/a.js") == '"use strict";\nconst b=1;\nconst a=b+1;'
     for name in "def":
         with pytest.raises(KernelError):
             modules.one_script(f"page/{name}.js")
