@@ -66,6 +66,9 @@ def _compiled() -> Entries:
             assert entry is not None
             found[tape] = entry, {key: code for key, code in kept.items() if code is not None}
             assert len(found[tape][1]) == len(codes)
+        every = {path.stem: store.get(path.stem) for path in Path(folder).glob("*.kernel")}
+        # What all kernels call has no tape of its own.
+        found[tape][1].update({key: code for key, code in every.items() if code is not None})
         return found
 
 

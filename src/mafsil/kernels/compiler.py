@@ -243,15 +243,22 @@ def shared_code(machine: Target | None = None, store: Store | None = None) -> Ma
     kept = store or cache.default()
     with _lock_of(key):
         if (key, kept) not in _in_stores:
-            entry = kept.get(key)
-            if entry is None:
-                with _llvm:
-                    entry = _shared[key][0] if key in _shared else _compile_shared(machine or target.host())
-                kept.put(key, entry)
+            entry = kept.get(key) or _put_shared(key, kept, machine)
             _in_stores.add((key, kept))
             if key not in _shared:
                 _shared[key] = entry, _load_shared(entry)
         return _shared[key][1]
+
+
+def _put_shared(key: str, store: Store, machine: Target | None) -> Entry:
+    """Put the code that all kernels call into a store, as one process of all that ask at the same time."""
+    with store.compiling(key) as waited:
+        entry = store.get(key) if waited else None
+        if entry is None:
+            with _llvm:
+                entry = _shared[key][0] if key in _shared else _compile_shared(machine or target.host())
+            store.put(key, entry)
+    return entry
 
 
 def _load_shared(entry: Entry) -> Mapping[str, int]:

@@ -12,7 +12,7 @@ view({
   open: true,
   mount(place, app) {
     const { store, words, data } = app;
-    const list = element("pre", { dir: "ltr", tabindex: 0, id: "journal", "aria-label": words.text("view_code") });
+    const list = element("pre", { dir: "ltr", tabindex: 0, role: "region", id: "journal", "aria-label": words.text("view_code") });
     const note = element("div", { class: "soft", role: "status" });
     const text = () => script(store.journal, data.actions, data.robot.python, data.robot.imports);
     const button = (key, act) => element("button", { type: "button", class: "quiet", "data-do": key, onclick: act }, sentence(words, key));

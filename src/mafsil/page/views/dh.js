@@ -47,7 +47,7 @@ view({
       ));
     });
     const undo = element("button", { type: "button", class: "quiet", id: "dh-back", onclick: () => store.show({ table: null }) }, sentence(words, "dh_back"));
-    const away = isolated(""), code = element("pre", { dir: "ltr", tabindex: 0, id: "dh-code", "aria-label": words.text("dh_code") });
+    const away = isolated(""), code = element("pre", { dir: "ltr", tabindex: 0, role: "region", id: "dh-code", "aria-label": words.text("dh_code") });
     const edited = element(
       "div", {}, element("p", {}, sentence(words, "dh_away"), " ", away), element("p", { class: "soft" }, sentence(words, "dh_code")), code,
       undo

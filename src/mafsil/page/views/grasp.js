@@ -41,7 +41,7 @@ view({
     );
     const more = button("finger_more", () => grasp.fingers.push(grasp.fingers.length * 0.9)), less = button("finger_less", () => grasp.fingers.pop());
     const shown = isolated(""), verdict = element("p", { class: "verdict" }), code = element(
-      "pre", { dir: "ltr", tabindex: 0, id: "grasp-code", "aria-label": words.text("view_grasp") }
+      "pre", { dir: "ltr", tabindex: 0, role: "region", id: "grasp-code", "aria-label": words.text("view_grasp") }
     );
     place.append(
       element("p", { class: "soft" }, sentence(words, "grasp_about")), element("div", { class: "buttons" }, bodies, more, less),
