@@ -74,7 +74,8 @@ def scaled_kernel(factor: float) -> Kernel:
 
 def again() -> None:
     """As if the process had just begun."""
-    compiler._images.clear()
+    for kept in (compiler._images, compiler._shared, compiler._in_stores):
+        kept.clear()
 
 
 def object_key(k: Kernel, part: str) -> str:
@@ -612,8 +613,8 @@ def test_code_is_never_writable():
 def test_a_damaged_file_is_made_again(level, folder):
     k = scaled_kernel(2.0)
     want = k(X)
-    path = next(folder.glob(f"*.{level}"))
-    path.write_bytes(path.read_bytes()[:-3])
+    for path in folder.glob(f"*.{level}"):  # of code what all kernels call, too
+        path.write_bytes(path.read_bytes()[:-3])
     del k
     again()
     with pytest.warns(CacheWarning):

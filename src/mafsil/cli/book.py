@@ -83,8 +83,8 @@ def book(
     if what is None or number is None:
         return _entries(what)
     if what == "exercise":
-        told = count("hints", hints or "0")
-        return _exercise(number, drawn_from, difficulty, answer or [], hints=told, solution=solution)
+        shown = count("hints", hints or "0")
+        return _exercise(number, drawn_from, difficulty, answer or [], hints=shown, solution=solution)
     entry = _OPEN[what](number)
     lines = entry.explain().split("\n")
     if picture is not None:
