@@ -299,3 +299,9 @@ def test_a_solution_in_letters() -> None:
     assert "J_p" in exercise.derive("en")
     assert "1." in exercise.derive("ar")
     assert mf.book.exercise("4.3.3.1 screw").derive() == ""
+
+
+def test_a_mistake_without_a_result_somewhere_in_the_range_is_left_out() -> None:
+    """Between two values of the given where a mistake's result changes its sign it has none in the middle."""
+    one = mf.book.exercise("10.3 force loop: inverse", seed=158, level=3)
+    assert one.check({part.name: part.value for part in one.asked})

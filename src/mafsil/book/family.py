@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
+from math import isfinite
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -240,6 +241,8 @@ class Curve:
         for _ in range(_SECANTS):
             x = low - y_low * (high - low) / (y_high - y_low)
             value = self.value(x, mistake) - target
+            if not value or not isfinite(value):
+                break
             low, y_low, high, y_high = (low, y_low, x, value) if value * y_low < 0 else (x, value, high, y_high)
         return x if abs(value) < NEAR / 10 * abs(target) else None
 
