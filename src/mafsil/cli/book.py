@@ -85,6 +85,11 @@ def book(
     if what == "exercise":
         shown = count("hints", hints or "0")
         return _exercise(number, drawn_from, difficulty, answer or [], hints=shown, solution=solution)
+    return _entry(what, number, picture, out)
+
+
+def _entry(what: str, number: str, picture: str | None, out: str | None) -> Answer:
+    """One entry explained, with its picture or page, and what to type next."""
     entry = _OPEN[what](number)
     lines = entry.explain().split("\n")
     if picture is not None:

@@ -268,14 +268,19 @@ def _check_blend(moves: tuple[Move, ...], k: int, error: Complaint) -> None:
     if mixed and any(one.via or one.constraints or one.avoid or one.path not in ("joint", "line") for one in both):
         raise error("job.blend_mixed", ("move", k, "blend"))
     for index, one in ((k, move), (k + 1, then)):
-        if one.profile not in (None, *QUICKEST):
-            raise error("job.blend_profile", ("move", index, "profile"))
-        if one.duration is not None:
-            raise error("job.blend_duration", ("move", index, "duration"))
-        if one.tip_jerk is not None:
-            raise error("job.jerk_where", ("move", index, "tip_jerk"))
+        _check_time_of_corner(one, index, error)
     if not mixed and move.pose is not None and then.pose is not None and move.pose.task != then.pose.task:
         raise error("job.blend_task", ("move", k + 1, "pose", "task"), task=move.pose.task)
+
+
+def _check_time_of_corner(move: Move, k: int, error: Complaint) -> None:
+    """Nothing else rules the time of a move at a rounded corner."""
+    if move.profile not in (None, *QUICKEST):
+        raise error("job.blend_profile", ("move", k, "profile"))
+    if move.duration is not None:
+        raise error("job.blend_duration", ("move", k, "duration"))
+    if move.tip_jerk is not None:
+        raise error("job.jerk_where", ("move", k, "tip_jerk"))
 
 
 def _check_avoiding(job: Job, error: Complaint) -> None:
