@@ -8,6 +8,7 @@ from collections import Counter
 from functools import reduce
 from itertools import chain
 from pathlib import Path
+from xml.etree import ElementTree
 
 import axe_core_python
 import numpy as np
@@ -16,6 +17,7 @@ import pytest
 import mafsil as mf
 from mafsil.book.edition import section_table
 from mafsil.book.entry import Fact
+from mafsil.book.formula_markup import TOKEN, mathml
 from mafsil.cli.main import main
 from mafsil.errors import InputError
 from tests.page.browser import Browser
@@ -217,3 +219,27 @@ def test_a_section_and_an_exercise_say_what_to_type_next(capsys: pytest.CaptureF
     assert main(shlex.split(solved)[1:]) == 0
     right = capsys.readouterr().out.rstrip().rpartition("= ")[2]
     assert main(shlex.split(answered.replace("...", right))[1:]) == 0
+
+
+def test_every_formula_of_the_pages_is_typeset_whole() -> None:
+    """Nothing of a formula is left out, brackets and elements close, and only letters that it has are written."""
+    formulas = {formula for number in mf.book.sections() for formula in mf.book.section(number).formulas}
+    assert len(formulas) > 100
+    for formula in formulas:
+        assert not TOKEN.sub("", formula).strip(), formula
+        root = ElementTree.fromstring(mathml(formula))
+        assert root.tag == "math"
+        signs, roots = "".join(root.itertext()), sum(1 for _ in root.iter("msqrt"))
+        assert roots == formula.count("sqrt(")
+        assert [signs.count(sign) for sign in "[]|,"] == [formula.count(sign) for sign in "[]|,"]
+        assert [signs.count(sign) + roots for sign in "()"] == [formula.count(sign) for sign in "()"]
+
+
+def test_indices_powers_roots_and_derivatives_of_formulas() -> None:
+    assert "<msub><mi>θ</mi><mi>1</mi></msub>" in mathml("theta_1 = 0")
+    assert "<msup><mi>T</mi><mrow>" in mathml("T^-1")
+    assert "<msqrt>" in mathml("w = sqrt(det(J J'))")
+    assert "×" in mathml("m = r x f")
+    assert "×" not in mathml("A x = b")
+    assert "<mfrac>" in mathml("dV/dt")
+    assert "</mrow><mo>⊤</mo></msup>" in mathml("(a b)'")

@@ -22,6 +22,7 @@ from mafsil.book.example import example, examples
 from mafsil.book.exercise import exercises, title_of
 from mafsil.book.family import families
 from mafsil.book.figure import Figure, figure, figures, module_of
+from mafsil.book.formula_markup import mathml
 from mafsil.book.remarks import remark, remarks
 from mafsil.book.sheet import both_languages
 from mafsil.errors import InputError
@@ -171,7 +172,9 @@ def _isolate(line: str, language: str | None, digits: Callable[[str], str] = str
 
 def _html_line(kind: str, texts: Mapping[str, str]) -> str:
     """A line of a page in both languages."""
-    if kind in ("formula", "call"):
+    if kind == "formula":
+        return f'<p dir="ltr" class="formula">{mathml(texts["en"])}</p>'
+    if kind == "call":
         return f'<p dir="ltr"><code>{escape(texts["en"])}</code></p>'
     if kind == "proof":
         return "".join(
