@@ -93,15 +93,7 @@ def parse_parallel(data: dict[str, Any], source: str) -> ParallelRobot:
         raise FileError("parallel.file_kind", path=source, given=repr(kind), known=", ".join((*KINDS, *ON_RODS)))
     numbers = {key: value for key, value in data.items() if key not in HEADING}
     circles = kind == "stewart" and any(key in numbers for key in CIRCLES)
-    needed: tuple[str, ...] = CIRCLES
-    keys: tuple[str, ...] = CIRCLES
-    if kind in ON_RODS:
-        arguments = signature(ON_RODS[kind]).parameters
-        keys = tuple(arguments)
-        needed = tuple(name for name, each in arguments.items() if each.default is Parameter.empty)
-    elif not circles:
-        keys = tuple(each.name for each in fields(KINDS[kind]))
-        needed = tuple(f.name for f in fields(KINDS[kind]) if f.default is f.default_factory is MISSING)
+    keys, needed = (CIRCLES, CIRCLES) if circles else _keys_of(kind)
     for key in numbers:
         if key not in keys:
             raise FileError("mobility.file_key", path=source, place="", name=key, known=", ".join((*HEADING, *keys)))
@@ -116,6 +108,18 @@ def parse_parallel(data: dict[str, Any], source: str) -> ParallelRobot:
         return _on_circles(numbers) if circles else KINDS[kind](**numbers)
     except InputError as error:
         raise FileError("mobility.file_joint", path=source, place=kind, reason=error.message()) from None
+
+
+def _keys_of(kind: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The keys that a kind of robot may have, and those that it needs."""
+    if kind in ON_RODS:
+        arguments = signature(ON_RODS[kind]).parameters
+        return tuple(arguments), tuple(name for name, each in arguments.items() if each.default is Parameter.empty)
+    known = fields(KINDS[kind])
+    return (
+        tuple(each.name for each in known),
+        tuple(each.name for each in known if each.default is each.default_factory is MISSING),
+    )
 
 
 def _on_circles(numbers: dict[str, Any]) -> StewartPlatform:

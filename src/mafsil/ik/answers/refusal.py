@@ -115,16 +115,10 @@ def refusal(
     arm, n = setting.arm, setting.robot.n
     exact = arm.exact and not arm.locked and rows is not None
     kind = FailedStep.NONE if not exact or rows is None else failed_step_of(rows[1])
-    q = None
-    if exact and arm.form is not None and rows is not None and kind in _PLACE:
-        q = _nearest_place(setting, arm.form.pattern, T, q0, rows)
-    if q is None:
-        q = _nearest(setting, T, q0, rows)
     few = setting.few and setting.task == "pose"
     reached = _places(setting, T[None]) if few else None
     places = setting.nothing if reached is None else reached.q[reached.solved]
-    if len(places):
-        q = _least_turned(setting, T, places, q)
+    q = _least_off(setting, T, q0, rows, places, by_place=exact and kind in _PLACE)
     error = pose_errors(setting.robot, q[None], T, setting.mask)[0]
     position, rotation = float(np.linalg.norm(error[3:])), float(np.linalg.norm(error[:3]))
     known: dict[str, object] = {"position_error": position, "rotation_error": rotation, "joints": n, **tried}
@@ -150,6 +144,30 @@ def refusal(
         return Refusal(IKStatus.OUT_OF_REACH, known, q, residual, _reasons(kind, _PLACE))
     part = "ik.part_place" if rotation <= tolerance else "ik.part_both"
     return Refusal(IKStatus.NOT_OF_THIS_ARM, known, q, residual, (part,))
+
+
+def _least_off(
+    setting: Setting,
+    T: PoseMatrix,
+    q0: JointVector,
+    rows: tuple[JointVector, CandidateTable] | None,
+    places: JointVector,
+    *,
+    by_place: bool,
+) -> JointVector:
+    """(m,) the configuration that is least off the pose, of `places` (k, m) at its place the least turned.
+
+    Args:
+        setting, T, q0, rows: as of `refusal`.
+        places: configurations at the place of the pose.
+        by_place: whether the closed form failed at the place.
+    """
+    form, q = setting.arm.form, None
+    if by_place and form is not None and rows is not None:
+        q = _nearest_place(setting, form.pattern, T, q0, rows)
+    if q is None:
+        q = _nearest(setting, T, q0, rows)
+    return _least_turned(setting, T, places, q) if len(places) else q
 
 
 def unit_reasons(distance: float, setting: Setting) -> tuple[str, ...]:

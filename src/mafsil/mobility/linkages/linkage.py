@@ -111,15 +111,7 @@ class Linkage:
         if not given:
             raise ModelError("mobility.no_joints", name=name or "-")
         _require_once([each.name for each in given])
-        named = dict.fromkeys(end for each in given for end in (each.parent, each.child))
-        if bodies is not None:
-            for each in given:
-                for end in (each.parent, each.child):
-                    if end not in bodies:
-                        raise ModelError(
-                            "mobility.unknown_body", joint=each.name, body=end, known=", ".join(map(str, bodies))
-                        )
-            named = dict.fromkeys(str(body) for body in bodies)
+        named = _bodies_of(given, bodies)
         if ground not in named:
             raise ModelError("mobility.no_ground", ground=ground, known=", ".join(named))
         order = (ground, *(body for body in named if body != ground))
@@ -323,6 +315,21 @@ def _shift(each: LinkageJoint) -> Floats:
     X = np.eye(4)
     X[:3, 3] = each.point - (each.point if each.child_point is None else each.child_point)
     return frozen(X)
+
+
+def _bodies_of(joints: tuple[LinkageJoint, ...], known: Sequence[str] | None) -> dict[str, None]:
+    """Names of the bodies, as keys in their order.
+
+    Raises:
+        ModelError: a joint on a body that is not among the known ones.
+    """
+    ends = [(each.name, end) for each in joints for end in (each.parent, each.child)]
+    if known is None:
+        return dict.fromkeys(end for _, end in ends)
+    for joint, end in ends:
+        if end not in known:
+            raise ModelError("mobility.unknown_body", joint=joint, body=end, known=", ".join(map(str, known)))
+    return dict.fromkeys(map(str, known))
 
 
 def _require_once(names: list[str]) -> None:
