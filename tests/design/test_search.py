@@ -408,7 +408,7 @@ def test_hypervolume_of_boxes_and_of_a_known_front() -> None:
 
 
 def test_hundreds_of_designs_take_seconds() -> None:
-    """200 six-axis arms of lengths of all the range on 100 poses, built and measured: a second, with room for slow machines."""
+    """200 six-axis arms of lengths of all the range on 100 poses, built and measured: a second, and room."""
     arm = ParametricArm.of(TABLE)
     poses = arm.robot(upper=0.4).fk(np.random.default_rng(0).uniform(-1, 1, (100, 6)))
     tasks, names = TaskSet(poses, payload=2.0), ("reached", "condition", "utilisation", "mass")
