@@ -99,16 +99,15 @@ def _entry(what: str, number: str, picture: str | None, out: str | None) -> Answ
     if what == "section" and out is not None:
         book_of.section(number).save(out)
         lines = [say("cli.book_written", path=out)]
-    elif data.get("figures") or data.get("exercises"):
-        lines += _next_commands(number, data)
+    elif what == "section" and (commands := _next_commands(number, data)):
+        lines += [say("cli.book_next"), *commands]
     return Answer(data, tuple(lines))
 
 
 def _next_commands(number: str, section: dict[str, Any]) -> list[str]:
     """How the figures and exercises of a section are opened."""
     commands = [f"mafsil book figure {each} --picture FILE.png" for each in section["figures"][:1]]
-    commands += [f"mafsil book exercise {number} --seed 1"] * bool(section["exercises"])
-    return [say("cli.book_next"), *commands]
+    return commands + [f"mafsil book exercise {number} --seed 1"] * bool(section["exercises"])
 
 
 def _find(words: str) -> Answer:
