@@ -50,8 +50,8 @@ class PayloadMapStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PayloadMap(Answer, data="robot plane at cell x y rpy payload limiting_joint least least_at reached"):
-    """The largest mass at each cell of a slice, for K orientations of the tool; true if above zero wherever reached.
+class SliceMap(Answer, data="robot plane at cell x y rpy"):
+    """Where the cells of a slice of a workspace lie, and how the tool is turned in them.
 
     Attributes:
         robot: name.
@@ -60,10 +60,6 @@ class PayloadMap(Answer, data="robot plane at cell x y rpy payload limiting_join
         cell: edge of a cell [m].
         x, y: (X,), (Y,) middles of the cells [m].
         rpy: (K, 3) orientations of the tool in {s}; (0, 3) where any orientation counts, K = 1 then [rad].
-        payload: (X, Y, K) of the configuration that holds most [kg]; infinite where no limited joint feels it, zero
-            where the arm's own weight exceeds the limits in every configuration, NaN where none was found.
-        limiting_joint: (X, Y, K) which limit binds; -1 where none does or none was found.
-        q: (X, Y, K, n) that configuration [rad | m]; NaN where none was found.
     """
 
     robot: str
@@ -73,6 +69,19 @@ class PayloadMap(Answer, data="robot plane at cell x y rpy payload limiting_join
     x: Floats
     y: Floats
     rpy: Floats
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PayloadMap(SliceMap, data="payload limiting_joint least least_at reached"):
+    """The largest mass at each cell of a slice, for K orientations of the tool; true if above zero wherever reached.
+
+    Attributes:
+        payload: (X, Y, K) of the configuration that holds most [kg]; infinite where no limited joint feels it, zero
+            where the arm's own weight exceeds the limits in every configuration, NaN where none was found.
+        limiting_joint: (X, Y, K) which limit binds; -1 where none does or none was found.
+        q: (X, Y, K, n) that configuration [rad | m]; NaN where none was found.
+    """
+
     payload: Floats
     limiting_joint: Any
     q: JointVector
@@ -154,28 +163,15 @@ def payload_map(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ReachMap(Answer, data="robot plane at cell x y rpy distance reached voids"):
+class ReachMap(SliceMap, data="distance reached voids"):
     """Which cells of a slice the tool reaches, for K orientations of it; true if it reaches any.
 
     Attributes:
-        robot: name.
-        plane: `xy`, `xz` or `yz`: the axes of {s} along x and y.
-        at: the third coordinate [m].
-        cell: edge of a cell [m].
-        x, y: (X,), (Y,) middles of the cells [m].
-        rpy: (K, 3) orientations of the tool in {s}; (0, 3) where any orientation counts, K = 1 then [rad].
         distance: (X, Y, K) from the middle of the cell to the nearest place of the tool that was found, zero
             where it gets there, to the sphere of the reach from beyond it [m]; of a given orientation infinite where no
             configuration was found.
     """
 
-    robot: str
-    plane: str
-    at: float
-    cell: float
-    x: Floats
-    y: Floats
-    rpy: Floats
     distance: Floats
 
     @property

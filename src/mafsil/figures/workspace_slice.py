@@ -13,6 +13,7 @@ import numpy as np
 from mafsil.collision import Scene
 from mafsil.collision.piece_loops import boxes_of
 from mafsil.design import PayloadMap, ReachMap
+from mafsil.design.slices import SliceMap
 from mafsil.errors import InputError
 from mafsil.figures.performance_sheet import INK, SHELL, SINGULAR, flat_axes, label, save, sheet
 from mafsil.figures.space import picture_file
@@ -112,7 +113,7 @@ def plot_reach_map(reached: ReachMap, path: str | PathLike[str], *, language: st
     save(figure, path)
 
 
-def _slice_panels(values: PayloadMap | ReachMap, shown: Any, colours: str, top: float) -> tuple[Any, list[Any], Any]:
+def _slice_panels(values: SliceMap, shown: Any, colours: str, top: float) -> tuple[Any, list[Any], Any]:
     """Figure, axes and one image of cells (X, Y, K), a panel for each orientation of the tool."""
     count: int = shown.shape[2]
     figure = sheet(6.0 * count, 5.2)
